@@ -14,10 +14,12 @@ from pathlib import Path
 
 from gradedesign.case.schema import Case
 from gradedesign.limits.limit import limits_stress
+from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import Factors, any_broken, unsure_words
 from gradedesign.loop.accepted import Accepted, accept_design, judge_stress
 from gradedesign.loop.analysed import Analysed, analyse_design
 from gradedesign.loop.announce import Announcer
+from gradedesign.loop.best_rows import best_rows
 from gradedesign.loop.ended import why_ended
 from gradedesign.loop.exported_surface import export_surface
 from gradedesign.loop.graded_cells import with_cells
@@ -249,17 +251,19 @@ def shown_design(
     if accepted is not None:
         if out.artefacts()[STL_NAME].sha256 != accepted.sha256:
             # A later design was written there and refused, or is heavier.
-            problem = setup.problem
-            write_printed(out, problem.case, problem.part.surface, accepted.surface)
+            write_printed(out, setup.problem.case, setup.problem.part.surface, accepted.surface)
         out.read_bytes(STL_NAME)
-        rho, analysed, surface = accepted.iteration.rho, accepted.analysed, accepted.surface
+        design, analysed, surface = accepted.iteration, accepted.analysed, accepted.surface
+        rows: tuple[LimitRow, ...] = ()
     else:
-        rho = best_iteration(iterations).rho
+        design = best_iteration(iterations)
         with announce.stage("explicit"):
-            analysed = analyse_design(setup, rho, on_event=announce.listener)
+            analysed = analyse_design(setup, design.rho, on_event=announce.listener)
             surface, _, _ = export_surface(setup, out, analysed)
+            rows = best_rows(setup.problem, design, analysed, announce.listener)
+        announce.limits("explicit", rows)
     with announce.stage("printed"):
-        return shown_of(setup.problem, rho, analysed, surface)
+        return shown_of(setup.problem, design.rho, analysed, surface, rows)
 
 
 def judge(

@@ -148,6 +148,14 @@ def test_a_run_that_time_ended_goes_on_with_more_of_it_and_then_no_further(cli, 
     assert "more allow another iteration" in one_line(short.out)
     result = json.loads((run / "result.json").read_text(encoding="utf-8"))
     assert (result["ended_by"], len(result["iterations"])) == ("time", 1)
+    # No acceptance judged it: bands come from two resolutions of the explicit analysis.
+    (row,) = result["limits"]
+    assert row["decisive"] == row["band"]["high"] > row["value"]
+    assert row["value"] == pytest.approx(result["iterations"][0]["limits"][0]["explicit"])
+    coarse, fine = row["band"]["sizes_mm"]
+    assert coarse > 1.05 * fine
+    off = result["printed"]["comparison"]["volume_difference"]
+    assert f"from which the file differs by {off:+.1%} in volume and mass" in result["reason"]
     assert set(result["predicted"]) == {"at_start", "after_first_iteration"}
     # Parts of the iteration, as the prediction has them.
     assert {"sizing", "explicit mesh", "explicit solve"} <= set(result["timing_s"])
@@ -169,4 +177,6 @@ def test_a_run_that_time_ended_goes_on_with_more_of_it_and_then_no_further(cli, 
     again = cli("run", tmp_path, "-o", run, "--resume")
     assert (again.code, "nothing is run" in again.out) == (4, True)
     assert result["reason"] in one_line(again.out)
+    # The date is that of the result, and no part of what tells the cases apart.
+    assert json.loads((run / "result.json").read_text(encoding="utf-8"))["date"] == result["date"]
     assert (run / "run.json").read_bytes() == before

@@ -21,6 +21,7 @@ from gradedesign.homogenise import table as module
 from gradedesign.homogenise.critical_stress import CriticalStress
 from gradedesign.limits.cell_buckling import BucklingLimit, unknown_warning
 from gradedesign.limits.key import LimitKey
+from gradedesign.limits.limit import predicted_row
 from gradedesign.limits.local_stress import StressLimit
 from gradedesign.material.buckling_law import GROWTH_BEYOND, BucklingLaw
 from gradedesign.material.buckling_table import BucklingTable
@@ -229,6 +230,37 @@ def test_sizing_keeps_the_cells_from_buckling(traction, factor) -> None:
     if traction < 0 and factor == 1:
         without = size(replace(problem, limits=problem.limits[:1]), tolerance=2e-4)
         np.testing.assert_allclose(without.rho, strong, rtol=0.005)
+
+
+@pytest.mark.parametrize(
+    ("rho", "words"),
+    [(0.15, ""), (0.2, ""),
+     (0.5, "computed at densities 0.05 to 0.2, the cells there have 0.5; those of 0.2 are taken"),
+     (0.04, "the cells there have 0.04; the power law of the two least densities goes on")],
+)  # fmt: skip
+def test_a_density_that_no_critical_stress_was_computed_for_is_said_in_the_row(rho, words) -> None:
+    law = power_law(
+        "test-law",
+        ("test",),
+        youngs=(0.6, 1.4),
+        strength=(0.4, 1.0),
+        window=(0.03, 0.9),
+        origin=LawOrigin(kind="fe", source="this test", test="none", poissons_ratio=0.0),
+    )
+    model = bar(-0.1, replace(law, buckling=BucklingLaw(table=buckling_table(c=1e-4))))
+    limit = BucklingLimit(
+        key=LimitKey(kind="buckling"), name="buckling of cells", allowed=0.5, law=model.law
+    )
+    rho = np.full(model.space.element_count, rho)
+    row = predicted_row(limit, limit.predict(solved_state(model, rho, (limit,))))
+    assert "waves of one or two cells govern" in row.judged_by
+    assert row.extrapolated == bool(words)
+    assert words in row.judged_by
+    assert row.word == ("BROKEN, extrapolated" if words else "BROKEN")
+    # Where long waves govern, which the stiffness gives, nothing is extrapolated.
+    plain = replace(limit, law=bar(-0.1, replace(law, buckling=None)).law)
+    state = solved_state(bar(-0.1, plain.law.laws[0]), rho, (plain,))
+    assert not predicted_row(plain, plain.predict(state)).extrapolated
 
 
 @pytest.mark.parametrize("factor", [1.0, 1.5])

@@ -43,10 +43,11 @@ def verdict(monkeypatch):
     for name in ("design_notes", "_acceptance_warnings"):
         monkeypatch.setattr(summary, name, lambda *_: [])
     monkeypatch.setattr(summary, "stress_warnings", lambda *_: ((), []))
+    monkeypatch.setattr(summary, "mapping_data", lambda *_: {})
     for name in ("acceptance_data", "measure_data"):
         monkeypatch.setattr(summary, name, lambda _: {})
     for name in ("printed_data", "comparison_warnings"):
-        monkeypatch.setattr(summary, name, lambda _: {})
+        monkeypatch.setattr(summary, name, lambda *_: {})
     iteration = SimpleNamespace(mass_g=20.0, lattice_mass_g=10.0, utilisation=1.0)
     printed = SimpleNamespace(
         mass_g=lambda density, phase=None: density * (11.0 if phase == "lattice" else 22.0),
@@ -68,8 +69,9 @@ def verdict(monkeypatch):
     def call(use, ended):
         layout = SimpleNamespace(report={})
         last = SimpleNamespace(
-            summary=iteration, rho=np.zeros(1), at_lower_bound=False, rows=(row(use),)
-        )
+            summary=iteration, rho=np.zeros(1), variables=np.zeros(1), at_lower_bound=False,
+            rows=(row(use),),
+        )  # fmt: skip
         analysed = SimpleNamespace(
             layout=layout,
             result=SimpleNamespace(
@@ -84,6 +86,7 @@ def verdict(monkeypatch):
             holds=use <= 1.0,
             analysed=analysed,
             acceptance=SimpleNamespace(whole=analysed.result),
+            factors={},
         )
         shown = SimpleNamespace(printed=printed, analysed=analysed)
         return summary.verdict_result(setup, None, [last], accepted, ended, shown)

@@ -44,14 +44,37 @@ def test_share_and_stress_with_everything_are_measured_by_phase():
         cells=10.0,
     )  # fmt: skip
     assert (measure.phase, measure.value) == ("lattice", 10.0)
-    assert exclusion_data(zone) == {
+    assert exclusion_data(zone, {"lattice": 1.25}) == {
         "radius_mm": 10.0,
         "around": {"root": 10.0},
         "percentile": 99.5,
         "share_of_volume": zone.share,
-        "stress_everywhere_MPa": zone.everywhere,
-        "maximum_everywhere_MPa": zone.maximum,
+        # On the basis of the limits' rows: of the lattice times what submodels found.
+        "stress_ratio": {"lattice": 1.25},
+        "stress_everywhere_MPa": {"pull": {"lattice": 112.5, "passive solid": 90.0}},
+        "maximum_everywhere_MPa": {"pull": {"lattice": 118.75, "passive solid": 90.0}},
     }
+
+
+@pytest.mark.parametrize("inside", [20.0, 0.1])
+def test_the_stress_everywhere_is_never_below_the_judged_one(inside):
+    """Also where the solid at the support has less stress than the rest."""
+    rng = np.random.default_rng(5309)
+    stress = rng.lognormal(3.0, 0.5, (8_000, 4))
+    points, volumes = rng.uniform(0, 40, (3, 8_000)), rng.uniform(0.1, 1.0, 8_000)
+    phase, evaluated = np.zeros(8_000, dtype=int), points[0] > 10
+    stress[~evaluated] *= inside
+    (measure,) = stress_measures(
+        points, volumes, stress, phase, evaluated, limit=50.0, percentile=99.5, cells=10.0
+    )
+    zone = exclusion_zone(
+        volumes, {"pull": stress}, phase, evaluated, zones=(zone_of(None, 10.0),), percentile=99.5
+    )
+    everywhere = zone.everywhere["pull"]["lattice"]
+    # As much volume lies above it as above the judged one: less than one sample's is the error.
+    above = np.repeat(volumes / 4, 4)[stress.ravel() > everywhere].sum()
+    assert above == pytest.approx(0.005 * measure.volume, abs=volumes.max() / 4)
+    assert everywhere >= measure.value if inside > 1 else everywhere == measure.value
 
 
 def test_share_of_the_part_counts_where_lattice_is():

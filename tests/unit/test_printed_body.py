@@ -134,6 +134,11 @@ def test_a_hole_that_one_lacks_is_a_warning():
     found = compare_bodies(as_surface(solid), as_surface(pierced), element=0.6)
     (warning,) = comparison_warnings(found)
     assert "0 handles against 1" in warning
+    # It says for which values that matters: all, or none where the file itself was judged.
+    assert "the values of the limits are those of the analysed solid" in warning
+    (warning,) = comparison_warnings(found, {0.98, 1.0312})
+    assert "no value of the verdict rests on the analysed solid" in warning
+    assert "0.98 to 1.03 times the values of the explicit analysis" in warning
 
 
 def test_thickness_of_plates_shells_and_struts():

@@ -8,6 +8,7 @@ import pytest
 from gradedesign.errors import LatticeError, ResourceError
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
+from gradedesign.loop import best_rows
 from gradedesign.verify.whole_solid import WholeStage, judge_whole
 
 ORDERS = (0.75, 1.5, 3.0)
@@ -169,3 +170,29 @@ def test_elements_that_divide_the_part_alike_are_no_second_resolution():
     found = stand.judge(1.5)
     assert found.rows[0].band is None
     assert "divide the part as others do" in found.refused[0]
+
+
+PIECES = LatticeError("3 pieces")
+
+
+@pytest.mark.parametrize("fails", [{}, {1.5: PIECES}, {1.5: PIECES, 1.2: PIECES}])
+def test_a_design_without_acceptance_has_bands_from_coarser_elements(monkeypatch, fails):
+    """Its own analysis, of 1 mm, is not made again, and none finer; no band where those fail."""
+    stand = Stand(slope=0.2, fails=fails)
+    monkeypatch.setattr(
+        best_rows, "analyse_printed_solid", lambda _a, _s, at, _say: stand.analyse(at.spacing)
+    )
+    problem = SimpleNamespace(limits=(Tip(0.9),), analysis=SimpleNamespace(name="finite-cells"))
+    predicted = SimpleNamespace(homogenised=True)
+    best = SimpleNamespace(rows=(SimpleNamespace(homogenised=False), predicted))
+    analysed = SimpleNamespace(result=stand.analyse(1.0), solid=None)
+    row, last = best_rows.best_rows(problem, best, analysed, None)
+    assert last == predicted
+    assert stand.tried == [1.0, 1.5, 1.2][: 3 if fails else 2]
+    if 1.2 in fails:
+        assert (row.value, row.band) == (0.8, None)
+        return
+    # Exact: 1, of order 1.5, which is the middle of the assumed ones.
+    assert row.value == pytest.approx(1.0)
+    assert row.band.sizes_mm == (1.2 if fails else 1.5, 1.0)
+    assert (row.band.low, row.word) == (pytest.approx(0.8), "UNSURE")

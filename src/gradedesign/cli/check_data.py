@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import plain_vector
 from gradedesign.check.check_case import CaseCheck
 from gradedesign.layout.passive import keep_words, passive_volume
 from gradedesign.part.file_body import file_body_data
 from gradedesign.part.part import Part
+from gradedesign.resolve.load_balance import load_case_data
 
 
 def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]) -> dict[str, Any]:
@@ -27,7 +28,7 @@ def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]
                 "name": name,
                 "faces": len(region.faces),
                 "area_mm2": region.area,
-                "centroid_mm": _rounded(region.centroid),
+                "centroid_mm": plain_vector(region.centroid),
             }
             for name, region in sorted(resolved.part.regions.items())
         ],
@@ -36,15 +37,15 @@ def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]
             {
                 "kind": "hole" if group.concave else "boss or rounding",
                 "diameter_mm": round(group.diameter, 6),
-                "axis": _rounded(group.axis),
+                "axis": plain_vector(group.axis),
                 "faces": group.count,
                 "area_mm2": group.area,
-                "points_mm": [_rounded(point) for point in group.points],
+                "points_mm": [plain_vector(point) for point in group.points],
                 "selector": group.selector,
             }
             for group in checked.holes
         ],
-        "load_cases": _loads(checked),
+        "load_cases": list(load_case_data(resolved.case, resolved.balances)),
         "limits": [
             {"name": name, "load_case": load_case, "allowed": allowed}
             for name, load_case, allowed in stated_limits(checked)
@@ -89,7 +90,7 @@ def _part(checked: CaseCheck) -> dict[str, Any]:
         "source": part.source,
         "units": part.units,
         "chord_tolerance_mm": part.chord_tolerance,
-        "size_mm": _rounded(np.ptp(part.surface.vertices, axis=0)),
+        "size_mm": plain_vector(np.ptp(part.surface.vertices, axis=0)),
         "volume_mm3": part.volume,
         "solid_mass_g": checked.resolved.material.density * part.volume * 1e6,
         "triangles": len(part.surface.faces),
@@ -112,35 +113,13 @@ def file_faces(part: Part) -> list[dict[str, Any]]:
             "name": faces.names.get(number),
             "color": faces.colors.get(number),
             "area_mm2": area,
-            "centroid_mm": _rounded(centroid),
+            "centroid_mm": plain_vector(centroid),
             "surface": None if number not in faces.surfaces else faces.surfaces[number].kind,
             "diameter_mm": None
             if number not in faces.surfaces
             else faces.surfaces[number].diameter,
         }
         for number, (area, centroid) in faces.places(part.surface).items()
-    ]
-
-
-def _loads(checked: CaseCheck) -> list[dict[str, Any]]:
-    return [
-        {
-            "name": balance.load_case,
-            "about_mm": _rounded(balance.about),
-            "loads": [
-                {
-                    "on": row.source,
-                    "force_N": _rounded(row.force),
-                    "moment_N_mm": _rounded(row.moment),
-                }
-                for row in balance.rows
-            ],
-            "force_N": _rounded(balance.force),
-            "moment_N_mm": _rounded(balance.moment),
-            "temperature_change_K": balance.temperature_change,
-            "cancels": balance.cancels,
-        }
-        for balance in checked.resolved.balances
     ]
 
 
@@ -205,10 +184,3 @@ def _prediction(checked: CaseCheck) -> dict[str, Any]:
         "law_seconds": run.law_s,
         "stages": asdict(run.cost),
     }
-
-
-def _rounded(vector: FloatArray) -> list[float]:
-    """Nine significant figures of the largest entry, without rounding noise beside it."""
-    top = float(np.abs(vector).max(initial=0.0))
-    digits = 9 if top == 0.0 else int(8 - np.floor(np.log10(top)))
-    return [round(float(v), digits) + 0.0 for v in np.asarray(vector)]

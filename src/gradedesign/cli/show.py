@@ -41,21 +41,22 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
 
 
 def print_limits(rows: Sequence[LimitRow]) -> None:
-    """Print a table of limits, and below it what judged them."""
+    """Print a table of limits by their decisive values, and below it what judged them."""
     bases = list(dict.fromkeys(row.judged_by for row in rows))
     marks = {basis: f"[{n}]" for n, basis in enumerate(bases, start=1)}
+    banded = any(row.band is not None for row in rows)
     print_table(
-        "Limits",
-        ("limit", "load case", "value", "band", "allowed", "margin", "", "by"),
+        f"Limits{', by the unfavourable ends of their bands' if banded else ''}",
+        ("limit", "load case", "value", "allowed", "used", "", "band", "by"),
         [
             (
                 row.name,
                 row.load_case,
-                f"{row.value:.4g} {row.unit}",
-                "-" if row.band is None else f"{row.band.low:.4g} to {row.band.high:.4g}",
+                f"{row.decisive:.4g} {row.unit}",
                 f"{row.limit:.4g} {row.unit}" + (f" ({row.stated})" if row.stated else ""),
-                f"{1 - row.utilisation:+.1%}",
+                f"{row.utilisation:.1%}",
                 row.word,
+                row.band_words or "-",
                 marks[row.judged_by],
             )
             for row in rows

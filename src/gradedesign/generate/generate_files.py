@@ -17,6 +17,7 @@ from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.output.result import RunResult
 from gradedesign.resolve.lattice_files import LatticeFile, crossing_warnings, write_lattice_files
 from gradedesign.results.files import RESULT_NAME, write_result
+from gradedesign.results.provenance import stamped
 from gradedesign.workspace.run_folder import RunFolder
 
 SLABS_NAME = "slabs.csv"
@@ -58,6 +59,7 @@ def write_generated(
         warnings=(*result.warnings, *warnings),
         timing_s=announce.timing(),
     )
+    result = stamped(out, case, result, [file.name for file in formats])
     write_result(out, result)
     return result
 

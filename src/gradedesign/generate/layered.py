@@ -22,6 +22,7 @@ from gradedesign.output.result import RunResult
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.lattice_files import LatticeFile, printed_lattice, write_lattice_files
 from gradedesign.results.files import RESULT_NAME, write_result
+from gradedesign.results.provenance import stamped
 from gradedesign.workspace.run_folder import RunFolder
 
 #: Keys of ``[print]`` that layers need; any other one needs the surface.
@@ -109,6 +110,7 @@ def generate_layers(
         warnings=(*result.warnings, NO_SURFACE),
         timing_s=announce.timing(),
     )
+    result = stamped(out, case, result, [file.name for file in formats])
     write_result(out, result)
     return result
 

@@ -20,6 +20,7 @@ from gradedesign.part.file_body import file_body_data
 from gradedesign.part.part import Part
 from gradedesign.plugin.registry import Registry
 from gradedesign.results.common import library_versions
+from gradedesign.results.provenance import material_data
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -114,6 +115,7 @@ def stated_result(
         versions=library_versions(),
         case_hash=case.case_hash,
         case_name=case.name,
+        material={} if material is None else material_data(material),
         mass_g=None if heavy is None else volume * heavy * 1e6,
         solid_mass_g=None if heavy is None else part.volume * heavy * 1e6,
     )

@@ -57,12 +57,32 @@ class BucklingLimit(Limit):
         shares = np.where(state.lattice_volumes > 0, shares, 0.0)
         most = np.unravel_index(int(np.argmax(shares)), shares.shape)
         case, waves, element = (int(k) for k in most)
+        data = "" if waves else self._outside(density, element)
         x, y, z = (float(c) for c in state.centroids[:, element])
         return Predicted(
             value=float(shares[most]),
             load_case=state.load_cases[case],
             place=(x, y, z),
             governs=WAVES[waves],
+            extrapolated=data,
+        )
+
+    def _outside(self, density: FloatArray, element: int) -> str:
+        """How the density of an element lies outside the computed ones; empty: it does not."""
+        low, high = (
+            float(np.broadcast_to(end, density.shape)[element]) for end in self.law.buckling_window
+        )
+        rho = float(density[element])
+        if low * (1 - 1e-9) <= rho <= high * (1 + 1e-9):
+            return ""
+        how = (
+            f"those of {high:g} are taken to grow as density does, slower than all computed ones"
+            if rho > high
+            else f"the power law of the two least densities goes on below {low:g}"
+        )
+        return (
+            f"critical stresses were computed at densities {low:g} to {high:g}, the cells there "
+            f"have {rho:.3g}; {how}"
         )
 
     def least_density(self, state: HomogenisedState, allowance: float = 1.0) -> FloatArray:
@@ -79,7 +99,7 @@ class BucklingLimit(Limit):
 
     def notes(self, volumes: FloatArray, rho: FloatArray) -> tuple[str, ...]:
         """Share of a lattice that is thinner than buckling is known for."""
-        least = self.law.buckling_floor
+        least, _ = self.law.buckling_window
         share = float(volumes[rho < least * (1 - 1e-9)].sum() / volumes.sum())
         if share == 0:
             return ()

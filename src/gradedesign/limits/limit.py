@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
@@ -170,7 +170,10 @@ def predicted_row(limit: Limit, predicted: Predicted) -> LimitRow:
         judged_by += f", most used at ({', '.join(f'{c:.1f}' for c in predicted.place)}) mm"
     if predicted.governs:
         judged_by += f"; {predicted.governs} govern"
-    return limit.row(predicted.value, judged_by, load_case=predicted.load_case, homogenised=True)
+    if predicted.extrapolated:
+        judged_by += f"; no data: {predicted.extrapolated}"
+    row = limit.row(predicted.value, judged_by, load_case=predicted.load_case, homogenised=True)
+    return replace(row, extrapolated=bool(predicted.extrapolated))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

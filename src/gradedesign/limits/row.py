@@ -28,6 +28,7 @@ class LimitRow:
     load_case : str
         Load case that governs.
     value : float
+        Expected one; the end of its band that decides is `decisive`.
     limit : float
     unit : str
     judged_by : str
@@ -49,6 +50,8 @@ class LimitRow:
     judged : float
         Share of the limit's body that is judged, by volume: 1 but for stress, which is not judged
         around supports that make it singular. Of the lattice, or of the solid part.
+    extrapolated : bool
+        The value lies outside the data of its law; `judged_by` says why.
     largest : float or None
         Largest value of that analysis where the value is its percentile.
     remeshed : float
@@ -71,6 +74,7 @@ class LimitRow:
     phase: str = ""
     homogenised: bool = False
     judged: float = 1.0
+    extrapolated: bool = False
     largest: float | None = None
     remeshed: float = 1.0
 
@@ -82,9 +86,29 @@ class LimitRow:
         return self.band.high if self.unfavourable == "high" else self.band.low
 
     @property
+    def favourable(self) -> float:
+        """The other end of the band; the value where there is none."""
+        if self.band is None:
+            return self.value
+        return self.band.low if self.unfavourable == "high" else self.band.high
+
+    @property
     def utilisation(self) -> float:
-        """Decisive value over limit, or limit over value where the low end is unfavourable."""
+        """Decisive value over limit, or limit over it where the low end is unfavourable."""
         return self._used(self.decisive)
+
+    @property
+    def words(self) -> str:
+        """Decisive value beside the limit, as every text shows it: ``43.9 of 50 MPa, 87.8%``."""
+        stated = f" ({self.stated})" if self.stated else ""
+        return (
+            f"{self.decisive:.4g} of {self.limit:.4g} {self.unit}{stated}, {self.utilisation:.1%}"
+        )
+
+    @property
+    def band_words(self) -> str:
+        """Both ends of the band, ``40.1 to 43.9``; empty where there is none."""
+        return "" if self.band is None else f"{self.band.low:.4g} to {self.band.high:.4g}"
 
     @property
     def passed(self) -> bool:
@@ -99,9 +123,7 @@ class LimitRow:
     @property
     def least_utilisation(self) -> float:
         """That of the favourable end of the band; of the value where there is none."""
-        if self.band is None:
-            return self.utilisation
-        return self._used(self.band.low if self.unfavourable == "high" else self.band.high)
+        return self._used(self.favourable)
 
     @property
     def broken(self) -> bool:
@@ -113,13 +135,12 @@ class LimitRow:
         """For tables: ``holds``, ``BROKEN``, ``UNSURE`` or ``UNJUDGED``.
 
         Unsure where the favourable end of the band alone holds, unjudged where it judges too
-        little.
+        little; ``, extrapolated`` follows where the value lies outside the data of its law.
         """
         if not self.judges_enough:
             return "UNJUDGED"
-        if self.passed:
-            return "holds"
-        return "UNSURE" if self.undecided else "BROKEN"
+        word = "holds" if self.passed else "UNSURE" if self.undecided else "BROKEN"
+        return f"{word}, extrapolated" if self.extrapolated else word
 
     @property
     def undecided(self) -> bool:

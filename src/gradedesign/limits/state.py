@@ -83,12 +83,15 @@ class Predicted:
         Where the value is taken, if that is one place.
     governs : str
         What governs there, in words; empty: there is nothing to tell apart.
+    extrapolated : str
+        Why the value rests on no data, in words; empty where it does.
     """
 
     value: float
     load_case: str
     place: tuple[float, float, float] | None = None
     governs: str = ""
+    extrapolated: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

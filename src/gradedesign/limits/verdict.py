@@ -149,10 +149,10 @@ def is_tight(rows: Sequence[LimitRow], *, at_lower_bound: bool) -> bool:
 def why_infeasible(rows: Sequence[LimitRow]) -> str:
     """The limit that the fully solid part breaks most, and what would help."""
     worst = max(rows, key=lambda row: row.least_utilisation)
-    band = "" if worst.band is None else f" ({worst.band.low:.4g} to {worst.band.high:.4g})"
+    end = f" at the favourable end of its band ({worst.band_words})" if worst.band else ""
     return (
         f"the fully solid part already breaks a limit: {worst.name} ({worst.load_case}) is "
-        f"{worst.value:.4g}{band} {worst.unit}, {worst.least_utilisation:.2f} times the allowed "
-        f"{worst.limit:.4g} {worst.unit}; a stiffer or stronger material, a thicker part, a "
-        f"smaller load or a wider limit would help, a lattice cannot"
+        f"{worst.favourable:.4g} {worst.unit}{end}, {worst.least_utilisation:.2f} times the "
+        f"allowed {worst.limit:.4g} {worst.unit}; a stiffer or stronger material, a thicker part, "
+        f"a smaller load or a wider limit would help, a lattice cannot"
     )

@@ -106,15 +106,14 @@ class Announcer:
             self.say("warning", warning)
 
     def limits(self, stage: str, rows: Sequence[LimitRow]) -> None:
-        """Report the utilisation of each limit."""
+        """Report the decisive value and utilisation of each limit, with its band."""
         for row in rows:
-            stated = f" ({row.stated})" if row.stated else ""
-            band = "" if row.band is None else f" ({row.band.low:.4g} to {row.band.high:.4g})"
+            word = "" if row.word == "holds" else f"  {row.word}"
+            band = f"; band {row.band_words}" if row.band_words else ""
             largest = "" if row.largest is None else f", largest {row.largest:.4g} {row.unit}"
             self.say(
                 stage,
-                f"{row.name} ({row.load_case}): {row.value:.4g}{band} of {row.limit:.4g} {row.unit}"
-                f"{stated}, {row.utilisation:.1%}{'' if row.passed else f'  {row.word}'}{largest}",
+                f"{row.name} ({row.load_case}): {row.words}{word}{band}{largest}",
                 utilisation=row.utilisation,
             )
 

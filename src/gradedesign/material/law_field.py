@@ -74,12 +74,21 @@ class LawField:
         )
 
     @property
-    def buckling_floor(self) -> FloatArray:
-        """Least density from which on every element's critical stresses were computed."""
-        least = np.array([0.0 if w.buckling is None else w.buckling.window[0] for w in self.laws])
+    def buckling_window(self) -> tuple[FloatArray, FloatArray]:
+        """Densities between which critical stresses were computed, scalars or ``(M,)``.
+
+        Of all laws of an element that know waves of one or two cells; 0 and infinite without any.
+        """
+        ends = np.array(
+            [(0.0, np.inf) if w.buckling is None else w.buckling.window for w in self.laws]
+        )
         if self.weights is None:
-            return np.asarray(least[0])
-        return np.asarray(np.where(self.weights > 0, least[:, None], 0.0).max(axis=0))
+            return np.asarray(ends[0, 0]), np.asarray(ends[0, 1])
+        used = self.weights > 0
+        return (
+            np.where(used, ends[:, :1], 0.0).max(axis=0),
+            np.where(used, ends[:, 1:], np.inf).min(axis=0),
+        )
 
     def among(self, used: BoolArray) -> LawField:
         """The field of some elements, by a mask ``(M,)``."""

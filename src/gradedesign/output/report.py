@@ -8,6 +8,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from gradedesign.output.scope_words import scope_words, symmetry_words
+from gradedesign.output.stress_numbers import stress_numbers
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -54,6 +55,15 @@ _PICTURES = {
 }
 
 
+#: Names of the numbers of a material as the report shows them.
+_QUANTITIES = {
+    "youngs_modulus_MPa": "Young's modulus E, MPa",
+    "poissons_ratio": "Poisson's ratio nu",
+    "density_g_cm3": "density, g/cm³",
+    "yield_strength_MPa": "yield strength, MPa",
+    "thermal_expansion_per_K": "thermal expansion, 1/K",
+}
+
 #: Attributes of a result that its section on mass shows, with their form.
 _MASSES = (
     ("mass, g", "mass_g", ".5g"),
@@ -80,13 +90,6 @@ def render_report(result: RunResult, pictures: Mapping[str, bytes], case_text: s
     str
         HTML that opens without a network; all text from outside is escaped.
     """
-    stresses = {
-        (case, phase): measure
-        for case, phases in result.measures.items()
-        if isinstance(phases, Mapping)
-        for phase, measure in phases.items()
-        if isinstance(measure, Mapping) and "share_above" in measure
-    }
     names: dict[str, list[str]] = {}
     for row in result.limits:
         if row.measure:
@@ -95,6 +98,7 @@ def render_report(result: RunResult, pictures: Mapping[str, bytes], case_text: s
         result=result,
         statuses=_STATUS,
         run_words=_run_words(result),
+        quantities=_QUANTITIES,
         how_taken=names,
         masses=[
             (label, f"{value:{form}}")
@@ -108,12 +112,9 @@ def render_report(result: RunResult, pictures: Mapping[str, bytes], case_text: s
         ],
         scope_words=scope_words(result.acceptance),
         symmetry_words=symmetry_words(result),
-        stresses=stresses,
-        judged_stresses=[
-            (row, stresses[key])
-            for row in result.limits
-            if row.phase and (key := (row.load_case, row.phase)) in stresses
-        ],
+        stresses=stress_numbers(result),
+        beside_file=lambda entry: _beside_file(result, entry),
+        lowest_decide=[row.name for row in result.limits if row.band and row.unfavourable == "low"],
         pictures=[
             (name, caption, base64.b64encode(pictures[name]).decode("ascii"))
             for name, caption in _PICTURES.items()
@@ -135,7 +136,9 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"number": format, "percent": _percent, "plain": _plain, "ends": _ends}
+    environment.filters |= {
+        "number": format, "percent": _percent, "plain": _plain, "ends": _ends, "held": _held,
+    }  # fmt: skip
     return environment
 
 
@@ -144,12 +147,20 @@ def _percent(value: float | None) -> str:
     return "–" if value is None else f"{value:+.1%}"
 
 
-def _ends(band: Any) -> str:
-    """Write both ends of a band, or a dash where there is none."""
-    if band is None:
-        return "–"
-    low, high = (band["low"], band["high"]) if isinstance(band, Mapping) else (band.low, band.high)
-    return "–" if low is None else f"{low:.4g} to {high:.4g}"
+def _beside_file(result: RunResult, entry: Mapping[str, Any]) -> float | None:
+    """Volume of the solid that was analysed whole over that of the printed file, less one."""
+    volume = sum(result.printed.get("volumes_mm3", {}).values())
+    return entry["volume_mm3"] / volume - 1.0 if volume and entry["scope"] == "whole" else None
+
+
+def _ends(entry: Mapping[str, Any]) -> str:
+    """Write both ends of the band of a limit in acceptance, or a dash where there is none."""
+    return "–" if entry["low"] is None else f"{entry['low']:.4g} to {entry['high']:.4g}"
+
+
+def _held(displacement: float | None) -> str:
+    """Write the displacement that a support prescribes, mm, or that it leaves the part free."""
+    return "free" if displacement is None else f"{displacement:g}"
 
 
 def _plain(value: Any) -> str:

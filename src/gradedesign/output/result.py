@@ -165,6 +165,16 @@ class RunResult:
     case_hash : str
     case_name : str
     folder : Path
+    date : str
+        When the result was written, ISO 8601 in UTC; no part of `case_hash`.
+    version : str
+        Of gradedesign.
+    checksums : mapping
+        SHA-256 of the files of the part (``part``) and of the printed lattice (``print``), by name.
+    load_cases : tuple of mapping
+        Supports and resultants of the loads of every load case.
+    material : mapping
+        Numbers of the material with their units in their names.
     law : mapping
         Name, source, window and coefficients.
     """
@@ -197,6 +207,11 @@ class RunResult:
     case_hash: str = ""
     case_name: str = ""
     folder: Path = Path()
+    date: str = ""
+    version: str = ""
+    checksums: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    load_cases: tuple[Mapping[str, Any], ...] = ()
+    material: Mapping[str, Any] = field(default_factory=dict)
     law: Mapping[str, Any] = field(default_factory=dict)
     solid: tuple[LimitRow, ...] = ()
 
@@ -208,11 +223,7 @@ class RunResult:
             solid = "" if self.solid_mass_g is None else f" of {self.solid_mass_g:.4g} g solid"
             lines.append(f"mass {self.mass_g:.4g} g{solid}")
         used = sorted(self.limits, key=lambda row: row.utilisation, reverse=True)
-        limits = [
-            f"{row.name} ({row.load_case}): {row.decisive:.4g} of {row.limit:.4g} {row.unit}, "
-            f"{row.utilisation:.1%} {row.word}"
-            for row in used
-        ]
+        limits = [f"{row.name} ({row.load_case}): {row.words} {row.word}" for row in used]
         lines += _shortened(limits, _ROWS_SHOWN, "limits")
         warnings = [
             shorten(f"warning: {text}", width=_COLUMNS, placeholder=" ...")
@@ -244,7 +255,8 @@ def from_json(data: Mapping[str, Any]) -> RunResult:
     plain["iterations"] = tuple(iteration_from_json(entry) for entry in data["iterations"])
     for name in ("yields", "warnings", "plugins"):
         plain[name] = tuple(data[name])
-    plain["file_bodies"] = tuple(data.get("file_bodies", ()))
+    for name in ("file_bodies", "load_cases"):
+        plain[name] = tuple(data.get(name, ()))
     return RunResult(**{**plain, "folder": Path(data["folder"])})
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -147,14 +146,29 @@ def exclusion_words(zones: Sequence[SupportZone]) -> str:
     return ", ".join(f"{zone.radius:.3g} mm of {zone.place}" for zone in zones if zone.radius > 0)
 
 
-def exclusion_data(zone: ExclusionZone) -> dict[str, Any]:
-    """Plain data for result.json."""
-    data = asdict(zone)
+def exclusion_data(zone: ExclusionZone, ratio: Mapping[str, float]) -> dict[str, Any]:
+    """Plain data for result.json.
+
+    Parameters
+    ----------
+    zone : ExclusionZone
+    ratio : mapping of phase to float
+        Value of the limit's row over that of the analysis, 1 where none is named: stress with the
+        zones included is stated on the basis of the rows.
+    """
+
+    def scaled(by_case: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:
+        return {
+            case: {phase: value * ratio.get(phase, 1.0) for phase, value in phases.items()}
+            for case, phases in by_case.items()
+        }
+
     return {
         "radius_mm": max((radius for _, radius in zone.supports), default=0.0),
         "around": dict(zone.supports),
-        "percentile": data["percentile"],
-        "share_of_volume": data["share"],
-        "stress_everywhere_MPa": data["everywhere"],
-        "maximum_everywhere_MPa": data["maximum"],
+        "percentile": zone.percentile,
+        "share_of_volume": dict(zone.share),
+        "stress_ratio": dict(ratio),
+        "stress_everywhere_MPa": scaled(zone.everywhere),
+        "maximum_everywhere_MPa": scaled(zone.maximum),
     }

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import FloatArray, locked, plain_vector
 from gradedesign.case.locate import locating
 from gradedesign.case.schema import Case, LoadCaseSpec
 from gradedesign.case.suggest import shown
@@ -132,6 +134,37 @@ def yielding_loads(
                     f"{material.name} yields; a larger region, or is a unit wrong?"
                 )
     return tuple(remarks)
+
+
+def load_case_data(case: Case, balances: Sequence[LoadBalance]) -> tuple[dict[str, Any], ...]:
+    """Plain data of ``check --json`` and result.json: supports and loads of every load case."""
+    return tuple(
+        {
+            "name": balance.load_case,
+            "supports": [
+                {
+                    "region": fix.region,
+                    "displacement_mm": list(fix.displacement),
+                    "symmetry": fix.symmetry,
+                }
+                for fix in spec.fix
+            ],
+            "about_mm": plain_vector(balance.about),
+            "loads": [
+                {
+                    "on": row.source,
+                    "force_N": plain_vector(row.force),
+                    "moment_N_mm": plain_vector(row.moment),
+                }
+                for row in balance.rows
+            ],
+            "force_N": plain_vector(balance.force),
+            "moment_N_mm": plain_vector(balance.moment),
+            "temperature_change_K": balance.temperature_change,
+            "cancels": balance.cancels,
+        }
+        for spec, balance in zip(case.load_case, balances, strict=True)
+    )
 
 
 def held_centroid(spec: LoadCaseSpec, part: Part) -> FloatArray:

@@ -9,11 +9,13 @@ from typing import Any
 from gradedesign.limits.verdict import unsure_words
 from gradedesign.part.file_body import file_body_data
 from gradedesign.plugin.registry import Registry
+from gradedesign.resolve.load_balance import load_balances, load_case_data
 from gradedesign.resolve.problem import Problem, part_volume
 from gradedesign.resolve.resolve_law import buckling_basis, stress_basis
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.size_effects import why_periodic
 from gradedesign.resolve.symmetry import symmetry_data, symmetry_planes
+from gradedesign.results.provenance import material_data
 from gradedesign.results.zones import zone_data
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 
@@ -52,6 +54,10 @@ def common_entries(setup: Setup, registry: Registry) -> dict[str, Any]:
         "versions": library_versions(),
         "case_hash": problem.case.case_hash,
         "case_name": problem.case.name,
+        "load_cases": load_case_data(
+            problem.case, load_balances(problem.case, problem.part, problem.material.density)
+        ),
+        "material": material_data(problem.material),
         "budget": {
             "time_s": problem.case.run.time,
             "max_iterations": problem.case.run.max_iterations,
@@ -73,8 +79,6 @@ def common_entries(setup: Setup, registry: Registry) -> dict[str, Any]:
             "cell_window": list(cells.cell.window),
             "density_bounds": list(cells.bounds),
             **zone_data(setup),
-            "material": problem.material.name,
-            "material_source": problem.material.source,
         },
     }
 

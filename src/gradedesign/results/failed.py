@@ -13,6 +13,7 @@ from gradedesign.loop.iteration import DesignIteration
 from gradedesign.output.report import render_report
 from gradedesign.output.result import RunResult
 from gradedesign.results.files import REPORT_NAME, RESULT_NAME, write_result
+from gradedesign.results.provenance import stamped
 from gradedesign.workspace.run_folder import RunFolder
 
 
@@ -51,6 +52,7 @@ def recording_failure(
             folder=out.path,
             timing_s=timing(),
         )
+        failed = stamped(out, case, failed)
         if finished and "report" in case.output.formats:
             failed = replace(failed, files={"report": REPORT_NAME, "result": RESULT_NAME})
             case_text = case.path.read_text(encoding="utf-8")

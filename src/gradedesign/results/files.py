@@ -42,6 +42,7 @@ from gradedesign.resolve.thinnest_wall import thinnest_wall
 from gradedesign.results.decks import write_decks
 from gradedesign.results.iteration_log import iteration_log
 from gradedesign.results.marks import action_marks, loads_note, region_marks
+from gradedesign.results.provenance import stamped
 from gradedesign.results.series import write_series
 from gradedesign.results.shown import Shown
 from gradedesign.results.solid_vtu import write_solid_vtu
@@ -105,6 +106,8 @@ def write_outputs(
         warnings=tuple(dict.fromkeys(warnings)),
         timing_s=announce.timing(),
     )
+    printed = [STL_NAME, *(file.name for file in problem.lattice_files)]
+    result = stamped(out, problem.case, result, printed)
     out.write_text("iterations.csv", iteration_log(result.iterations))
     if "report" in formats:
         pictures = {

@@ -1,4 +1,4 @@
-"""One sentence for a person on why a design is met or not."""
+"""Sentences for a person on why a design is met or not, and on which body it was judged."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from gradedesign.limits.row import LEAST_JUDGED, LimitRow
 from gradedesign.limits.verdict import all_hold, worst_utilisation
 from gradedesign.loop.ended import TIGHT_END, Ended
+from gradedesign.verify.body_comparison import BodyComparison
 
 
 def why_met(rows: Sequence[LimitRow], ended: Ended, *, tight: bool) -> tuple[str, bool, Ended]:
@@ -44,4 +45,13 @@ def why_not(rows: Sequence[LimitRow], ended: Ended) -> str:
     return (
         f"{worst.name} ({worst.load_case}) is {worst.decisive:.4g} {worst.unit}{end}, "
         f"{worst.utilisation:.1%} of the allowed {worst.limit:.4g} {worst.unit}; {ended.words}"
+    )
+
+
+def judged_on(comparison: BodyComparison) -> str:
+    """Body that limits without an acceptance are judged on, and how the file differs from it."""
+    return (
+        f"no acceptance judged the printed file: the limits are those of the solid of the explicit "
+        f"analysis, from which the file differs by {comparison.volume_difference:+.1%} in volume "
+        f"and mass"
     )

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 from gradedesign.arrays import FloatArray
 from gradedesign.lattice.joint_volume import joint_volume
+from gradedesign.limits.row import LimitRow
 from gradedesign.loop.analysed import Analysed
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.resolve.print_checks import check_printed
@@ -33,6 +34,8 @@ class Shown:
         Measures of the exported surface.
     printability : Printability or None
         How it is made, where the case has ``[print]``.
+    rows : tuple of LimitRow
+        Limits by the explicit analysis, with bands; empty where acceptance judged the design.
     """
 
     rho: FloatArray
@@ -41,10 +44,17 @@ class Shown:
     fields: SurfaceFields
     printed: PrintedBody
     printability: Printability | None
+    rows: tuple[LimitRow, ...] = ()
 
 
-def shown_of(problem: Problem, rho: FloatArray, analysed: Analysed, surface: SurfaceMesh) -> Shown:
-    """Measure the exported surface of an analysed design."""
+def shown_of(
+    problem: Problem,
+    rho: FloatArray,
+    analysed: Analysed,
+    surface: SurfaceMesh,
+    rows: tuple[LimitRow, ...] = (),
+) -> Shown:
+    """Measure the exported surface of an analysed design; ``rows`` as in `Shown`."""
     solved = analysed.result.solved
     fields = solved.surface_fields(governing_load_case(analysed.result))
     printed = measure_printed(
@@ -61,4 +71,5 @@ def shown_of(problem: Problem, rho: FloatArray, analysed: Analysed, surface: Sur
         fields=fields,
         printed=replace(printed, joints_mm3=joint_volume(analysed.design)),
         printability=check_printed(problem.case, problem.part.surface, surface, printed.thickness),
+        rows=rows,
     )

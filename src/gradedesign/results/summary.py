@@ -12,21 +12,21 @@ from gradedesign.limits.limit import predicted_row
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import TIGHT, is_tight, why_infeasible
 from gradedesign.loop.accepted import Accepted
-from gradedesign.loop.accepted_rows import without_band
+from gradedesign.loop.accepted_rows import unjudged_words, without_band
 from gradedesign.loop.ended import Ended
 from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.iteration_steps import predict
 from gradedesign.mesh.meshed_surface import failed_attempts
 from gradedesign.output.result import RunResult
 from gradedesign.plugin.registry import Registry
-from gradedesign.resolve.exclusion import exclusion_data
 from gradedesign.resolve.outer_triangles import outer_data
 from gradedesign.resolve.setup import Setup
+from gradedesign.results.acceptance_data import acceptance_data, measure_data
 from gradedesign.results.coarse_layers import coarse_layer
 from gradedesign.results.common import common_entries, latticed_mass, solid_mass
 from gradedesign.results.mapping import mapping_data, with_method
 from gradedesign.results.printable import thickness_data
-from gradedesign.results.reasons import why_met, why_not
+from gradedesign.results.reasons import judged_on, why_met, why_not
 from gradedesign.results.shown import Shown
 from gradedesign.results.stress_warnings import stress_warnings
 from gradedesign.results.zones import zone_measures
@@ -122,9 +122,11 @@ def verdict_result(
     printed, result = shown.printed, shown.analysed.result
     warnings = list(common.pop("warnings"))
     if accepted is None:
-        best = best_iteration(iterations)
-        rows, design, tight = best.rows, best, False
-        status, reason = "not_met", why_not(rows, ended)
+        rows, design, tight = shown.rows, best_iteration(iterations), False
+        status = "not_met"
+        reason = f"{why_not(rows, ended)}; {judged_on(printed.comparison)}"
+        if without_band(rows):
+            warnings.append(unjudged_words(rows, ["coarser elements do not hold the solid"], []))
     else:
         rows, design = accepted.rows, accepted.iteration
         tight = is_tight(rows, at_lower_bound=design.at_lower_bound)
@@ -138,11 +140,7 @@ def verdict_result(
         # A grid that was coarsened to fit the memory, or refined, is part of the verdict.
         warnings += accepted.analysed.result.solved.division.refused
     yields, unjudged = stress_warnings(setup, result)
-    warnings += (*unjudged, *comparison_warnings(printed.comparison))
-    if setup.problem.case.print is None:
-        # With [print] the check of printability says more.
-        body = printed.comparison.printed
-        warnings += void_warnings(body.cavities, body.cavities_mm3, body.volume_mm3)
+    warnings += [*unjudged, *_body_warnings(setup, printed, accepted)]
     warnings += design_notes(setup, design.rho)
     mapping = mapping_data(setup, design.variables)
     density = setup.problem.material.density
@@ -160,7 +158,7 @@ def verdict_result(
         iterations=tuple(i.summary for i in iterations),
         acceptance={} if accepted is None else acceptance_data(accepted),
         measures={
-            **({} if accepted is None else measure_data(accepted)),
+            **measure_data(result),
             **({"sizing": mapping} if mapping else {}) | zone_measures(setup, design.rho),
             "cell_map": dict((accepted.analysed if accepted else setup.cells).layout.report),
             "drains": drain_data(setup.problem.domain.drains),
@@ -170,6 +168,17 @@ def verdict_result(
         warnings=(*yields, *warnings),
         **common,
     )
+
+
+def _body_warnings(setup: Setup, printed: PrintedBody, accepted: Accepted | None) -> list[str]:
+    """How the analysed solid differs from the printed one, and what is closed in the latter."""
+    factors = () if accepted is None else accepted.factors.values()
+    warnings = [*comparison_warnings(printed.comparison, factors)]
+    if setup.problem.case.print is None:
+        # With [print] the check of printability says more.
+        body = printed.comparison.printed
+        warnings += void_warnings(body.cavities, body.cavities_mm3, body.volume_mm3)
+    return warnings
 
 
 def printed_data(printed: PrintedBody) -> dict[str, Any]:
@@ -196,69 +205,6 @@ def design_notes(setup: Setup, rho: FloatArray) -> list[str]:
 def best_iteration(iterations: Sequence[DesignIteration]) -> DesignIteration:
     """The iteration whose worst limit is used least."""
     return min(iterations, key=lambda i: i.summary.utilisation)
-
-
-def acceptance_data(accepted: Accepted) -> dict[str, Any]:
-    """Analyses that the verdict rests on, per limit."""
-    a, whole = accepted.acceptance, accepted.whole.result
-    entries = []
-    for row in accepted.rows:
-        if row.homogenised:
-            continue
-        fitted = row.key in accepted.fitted
-        entries.append(
-            {
-                "limit": row.name,
-                "load_case": row.load_case,
-                "judged_by": row.judged_by,
-                "mesher": accepted.analysed.solid.mesher.name
-                if fitted
-                else whole.solved.division.made_by,
-                "scope": a.scope if fitted else "whole",
-                "volume_mm3": a.volume if fitted else whole.volume,
-                "mesh_sizes_mm": [] if row.band is None else list(row.band.sizes_mm),
-                "order": None if row.band is None else row.band.order,
-                "value": row.value,
-                "low": None if row.band is None else row.band.low,
-                "high": None if row.band is None else row.band.high,
-                "decisive": row.decisive,
-                "unit": row.unit,
-            }
-        )
-    return {
-        "scope": a.scope,
-        "share_of_volume": a.share,
-        "exclusion": exclusion_data((a.whole or whole).exclusion),
-        "limits": entries,
-        "submodels": [
-            {
-                "centre_mm": list(w.submodel.centre),
-                "load_case": w.submodel.load_case,
-                "value_MPa": w.value,
-                "driving_MPa": w.driving_value,
-                "drive_factor": w.drive_factor,
-                "force_discrepancy": w.force_discrepancy,
-                "energy_discrepancy": w.energy_discrepancy,
-                "matches": w.matches,
-                "enlarged": w.submodel.enlarged,
-                "buffer_cells": list(w.submodel.buffer),
-                "tets": w.tets,
-                "mesher_seconds": w.seconds,
-            }
-            for w in a.submodels
-        ],
-        "mesher_attempts": list(a.attempts),
-        "islands_dropped": asdict(accepted.islands),
-        "tet_components_dropped": accepted.analysed.result.solved.division.dropped_components,
-    }
-
-
-def measure_data(accepted: Accepted) -> dict[str, Any]:
-    """Stress measures by load case and phase, worst neighbourhood included."""
-    result = accepted.acceptance.whole or accepted.whole.result
-    return {
-        case: {m.phase: asdict(m) for m in measures} for case, measures in result.measures.items()
-    }
 
 
 def _acceptance_warnings(accepted: Accepted) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -107,25 +108,34 @@ def compare_bodies(
     )
 
 
-def comparison_warnings(comparison: BodyComparison) -> tuple[str, ...]:
-    """Warnings of differences too large for the analysis to hold for the printed file."""
+def comparison_warnings(
+    comparison: BodyComparison, factors: Collection[float] = ()
+) -> tuple[str, ...]:
+    """Warnings of differences too large for the explicit analysis to hold for the printed file.
+
+    Parameters
+    ----------
+    comparison : BodyComparison
+    factors : collection of float
+        Values that acceptance found on the printed file over those of the explicit analysis; empty
+        where no acceptance judged the design, so that the verdict is that of the analysis.
+    """
     analysed, printed = comparison.analysed, comparison.printed
-    warnings = []
+    found = []
     if abs(comparison.volume_difference) > VOLUME_WARNING:
-        warnings.append(
+        found.append(
             f"the volume of the printed solid is {comparison.volume_difference:+.1%} off the "
             f"analysed one ({printed.volume_mm3:.6g} against {comparison.elements_mm3:.6g} mm^3, "
-            f"more than {VOLUME_WARNING:.0%}): displacements of the explicit analysis, from which "
-            f"sizing learns, are off by at least about as much"
+            f"more than {VOLUME_WARNING:.0%})"
         )
     if not comparison.contoured:
-        warnings.append(
+        found.append(
             f"the surface drawn of the analysed solid is {comparison.contour_loss:+.1%} off the "
             f"volume of its elements: walls are thinner than its grid, pictures of stress and "
             f"displacement lack them, and topology and distance from the printed surface are not "
             f"compared"
         )
-        return _with_advice(warnings)
+        return _with_meaning(found, factors)
     counts = {
         "components": (analysed.components, printed.components),
         "closed voids": (analysed.cavities, printed.cavities),
@@ -138,26 +148,39 @@ def comparison_warnings(comparison: BodyComparison) -> tuple[str, ...]:
         if a is not None and p is not None and a != p
     ]
     if differ:
-        warnings.append(
-            f"the analysed solid differs in topology from the printed one: {', '.join(differ)}; "
-            f"struts or windows that only one of them has make values of the explicit analysis, "
-            f"from which sizing learns, those of another body"
+        found.append(
+            f"the analysed solid differs in topology from the printed one: {', '.join(differ)}: "
+            f"struts, windows or voids that only one of them has"
         )
     if comparison.distance_mm > DISTANCE_WARNING * comparison.element_mm:
         x, y, z = comparison.at_mm
-        warnings.append(
+        found.append(
             f"the {comparison.farther} surface lies up to {comparison.distance_mm:.3g} mm from the "
             f"other, at ({x:.1f}, {y:.1f}, {z:.1f}) mm: more than {DISTANCE_WARNING:g} elements of "
             f"{comparison.element_mm:.3g} mm, so that a strut, a wall "
             f"or an acute rim is missing in one of them"
         )
-    return _with_advice(warnings)
+    return _with_meaning(found, factors)
 
 
-def _with_advice(warnings: list[str]) -> tuple[str, ...]:
-    if warnings:
-        warnings[-1] += "; state a larger [run] elements_per_wall with more memory"
-    return tuple(warnings)
+def _with_meaning(found: list[str], factors: Collection[float]) -> tuple[str, ...]:
+    """The last warning with what the differences mean for which values."""
+    if not found:
+        return ()
+    if factors:
+        meaning = (
+            f"no value of the verdict rests on the analysed solid, all were judged on the printed "
+            f"file, where the unfavourable ends of the bands are {min(factors):.3g} to "
+            f"{max(factors):.3g} times the values of the explicit analysis; discrepancies of "
+            f"iterations, from which sizing learns, are those of the analysed solid"
+        )
+    else:
+        meaning = (
+            "the values of the limits are those of the analysed solid, not of the printed file, "
+            "and displacements are off by at least about as much as the volume"
+        )
+    advice = "a larger [run] elements_per_wall with more memory brings the two together"
+    return (*found[:-1], f"{found[-1]}; {meaning}; {advice}")
 
 
 def _samples(surface: SurfaceMesh) -> FloatArray:

@@ -24,7 +24,8 @@ class ExclusionZone:
     share : dict of phase to float
         Share of the phase's volume within the radius; phases that the solid has.
     everywhere : dict of load case to dict of phase to float, MPa
-        The percentile that is judged, over the whole phase instead of the part outside.
+        Stress that in the whole phase as much volume exceeds as exceeds the judged one outside, so
+        that it is never below that; the percentile itself of a phase that lies within.
     maximum : dict of load case to dict of phase to float, MPa
         Largest value in the whole phase.
     """
@@ -65,17 +66,25 @@ def exclusion_zone(
     """
     present = {name: phase == number for number, name in enumerate(PHASES)}
     present = {name: chosen for name, chosen in present.items() if chosen.any()}
+    shares = {
+        name: float(1.0 - volumes[chosen & evaluated].sum() / volumes[chosen].sum())
+        for name, chosen in present.items()
+    }
+    # The whole phase is larger than the judged part of it: the same volume is a smaller share.
+    percentiles = {
+        name: 100.0 - (100.0 - percentile) * (1.0 - share if share < 1.0 else 1.0)
+        for name, share in shares.items()
+    }
     return ExclusionZone(
         supports=tuple((zone.place, zone.radius) for zone in zones if zone.radius > 0),
         percentile=percentile,
-        share={
-            name: float(1.0 - volumes[chosen & evaluated].sum() / volumes[chosen].sum())
-            for name, chosen in present.items()
-        },
+        share=shares,
         everywhere={
             case: {
                 name: weighted_percentile(
-                    stress[chosen].ravel(), shared_volumes(volumes[chosen], stress), percentile
+                    stress[chosen].ravel(),
+                    shared_volumes(volumes[chosen], stress),
+                    percentiles[name],
                 )
                 for name, chosen in present.items()
             }
