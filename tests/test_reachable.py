@@ -32,8 +32,6 @@ ALLOWED = {
     "gradedesign.part.repair.RepairReport": "check --json, repairs",
     "gradedesign.verify.as_built.AsBuilt": "result.json, printability",
     "gradedesign.verify.body_comparison.BodyComparison": "result.json and report.html, printed",
-    "gradedesign.verify.layer_islands.LayerIslands": "result.json, printability",
-    "gradedesign.verify.layer_islands.WorstIsland": "result.json, printability",
     "gradedesign.verify.measures.StressMeasure": "result.json and report.html, measures",
     "gradedesign.verify.voids.Voids": "result.json, printability",
     # Interfaces for code of others.

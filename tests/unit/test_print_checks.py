@@ -5,9 +5,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from manifold3d import Manifold
+from manifold3d import CrossSection, Manifold
 
 from gradedesign.case.print_schema import PrintLimitsSpec, PrintSpec
+from gradedesign.case.wall_checks import feather_problems
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
 from gradedesign.mesh.surface_mesh import SurfaceMesh
@@ -157,6 +158,42 @@ def test_a_met_design_that_breaks_a_print_limit_is_not_met_and_reported(tmp_path
     for words in ("How it is printed", "print support volume", "BROKEN", "to first order"):
         assert words in page
     assert with_print_limits(met, case, None, None) == met
+
+
+def test_feather_edges_are_a_warning_or_a_row():
+    wedge = Manifold.extrude(CrossSection([[(0, 0), (10, 0), (10, 3)]]), 6.0).to_mesh64()
+    surface = SurfaceMesh(
+        vertices=np.asarray(wedge.vert_properties)[:, :3],
+        faces=np.asarray(wedge.tri_verts).astype(np.int64),
+    )
+    met = RunResult(status="met", lightest=True, reason="all holds")
+
+    def printed(**limits):
+        spec = PrintSpec(min_wall="0.5 mm", limits=PrintLimitsSpec(**limits))
+        solid = wall_thickness(surface, rays=1000)
+        found = measure_printability(surface, surface, spec, solid)
+        return with_print_limits(met, SimpleNamespace(print=spec), found, None)
+
+    warned = printed()
+    (words,) = (words for words in warned.warnings if words.startswith("feather edges: "))
+    # 2 x 6 mm over 0.5 / tan(16.7 deg) = 1.67 mm: 20 mm^2 of 60 + 62.6 + 16 x 3.
+    assert "feather edges: 0.12 of the printed surface, 20" in words
+    assert "a skin or [[keep]] below that face" in words
+    broken = printed(feather_edges=0.1)
+    (row,) = broken.limits
+    assert (broken.status, row.passed, row.value) == ("not_met", False, pytest.approx(0.117, 0.02))
+    assert "print feather edges is 0.117" in broken.reason
+    assert not [words for words in broken.warnings if words.startswith("feather edges: ")]
+    page = render_report(broken, {}, "")
+    assert "% of the surface has less than 0.5 mm of solid behind it at rims" in page
+
+
+def test_a_limit_on_feather_edges_needs_a_wall():
+    spec = PrintSpec(limits=PrintLimitsSpec(feather_edges=0.1))
+    (problem,) = feather_problems(spec)
+    assert problem.key == ("print", "limits", "feather_edges")
+    assert "without [print] min_wall" in problem.message
+    assert list(feather_problems(spec.model_copy(update={"min_wall": 0.4}))) == []
 
 
 def test_every_limit_of_the_print_has_a_remedy():

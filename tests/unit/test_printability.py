@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from manifold3d import Manifold
+from manifold3d import CrossSection, Manifold
 
 from gradedesign.case.print_schema import PrintLimitsSpec, PrintSpec
 from gradedesign.lattice.surface import extract_surface
@@ -10,6 +10,7 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.mesh.voxels import grid_around, solid_voxels
 from gradedesign.part.box import box_surface
 from gradedesign.verify.as_built import as_built
+from gradedesign.verify.feather_edges import feather_edges
 from gradedesign.verify.layer_islands import layer_islands
 from gradedesign.verify.overhang import overhang
 from gradedesign.verify.printability import grid_step, measure_printability
@@ -182,6 +183,38 @@ def test_thickness_of_a_slab_is_its_own():
     found = wall_thickness(box_surface((20.0, 20.0, 0.8)), rays=20_000).percentiles_mm
     for percentile in ("0.1", "1", "5"):
         assert found[percentile] == pytest.approx(0.8)
+
+
+def wedge(angle_deg):
+    """A prism of 6 mm whose base of 10 mm and slanted face enclose an angle."""
+    height = 10.0 * np.tan(np.radians(angle_deg))
+    section = CrossSection([[(0.0, 0.0), (10.0, 0.0), (10.0, height)]])
+    made = Manifold.extrude(section, 6.0).to_mesh64()
+    return SurfaceMesh(
+        vertices=np.asarray(made.vert_properties)[:, :3],
+        faces=np.asarray(made.tri_verts).astype(np.int64),
+    )
+
+
+def test_feather_edges_are_rims_of_flat_angles():
+    sharp = wedge(20.0)
+    found = feather_edges(sharp, 0.5)
+    # By hand: rays straight through leave within 0.5 mm over 0.5 / tan(20 deg) from the rim, seen
+    # from the base and from the slanted face. 1 / sqrt(rays) is the error of a counted share.
+    area = 2 * 6.0 * 0.5 / np.tan(np.radians(20.0))
+    assert found.area_mm2 == pytest.approx(area, rel=0.01)
+    height = 10.0 * np.tan(np.radians(20.0))
+    whole = 60.0 + 60.0 / np.cos(np.radians(20.0)) + (6.0 + 10.0) * height
+    assert found.share == pytest.approx(area / whole, rel=0.01)
+    assert found.at_mm[0] < 0.5 / np.tan(np.radians(20.0))
+    # Rims of 40 degrees are none, and thinner walls have fewer.
+    assert feather_edges(wedge(40.0), 0.5).share == 0.0
+    assert feather_edges(wedge(40.0), 0.5).at_mm is None
+    assert feather_edges(sharp, 0.25).area_mm2 == pytest.approx(area / 2, rel=0.02)
+    spec = PrintSpec(min_wall="0.5 mm")
+    solid = wall_thickness(sharp, rays=1000)
+    assert measure_printability(sharp, sharp, spec, solid).feathers.share == found.share
+    assert measure_printability(sharp, sharp, PrintSpec(), solid).feathers is None
 
 
 def test_everything_is_measured_in_the_build_direction():

@@ -83,6 +83,9 @@ class PrintLimitsSpec(Table):
     """Regions of a layer without material below them, at most."""
     trapped_powder: Annotated[float | None, Quantity("volume", at_least=0.0)] = None
     """Volume of voids that powder cannot leave, at most, mm^3."""
+    feather_edges: Annotated[float | None, Number(at_least=0.0, at_most=1.0)] = None
+    """Share of the surface with less than ``min_wall`` of solid behind it where two faces enclose
+    less than 30 degrees, at most."""
 
 
 class PrintSpec(Table):

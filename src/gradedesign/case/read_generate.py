@@ -19,6 +19,7 @@ from gradedesign.case.read_case import (
     part_files,
     read_layout,
 )
+from gradedesign.case.wall_checks import feather_problems
 
 #: Keys of ``[run]`` that ``generate`` reads.
 OF_GENERATE = {"memory", "time"}
@@ -104,5 +105,6 @@ def _problems(file: GenerateFile) -> Iterator[Problem]:
         )
     yield from cell_map_problems(file.lattice, file.region)
     yield from outer_problems(file.lattice, file.print)
+    yield from feather_problems(file.print)
     if file.part.box is not None:
         yield from skin_problems(file.lattice, file.part.box)

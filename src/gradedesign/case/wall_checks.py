@@ -12,6 +12,21 @@ from gradedesign.case.problems import Problem
 MOST_LEAST_WALL = 50.0
 
 
+def feather_problems(spec: PrintSpec | None) -> Iterator[Problem]:
+    """Find a limit on feather edges without the wall that they are thinner than.
+
+    Yields
+    ------
+    Problem
+    """
+    if spec is not None and spec.min_wall is None and spec.limits.feather_edges is not None:
+        yield Problem(
+            key=("print", "limits", "feather_edges"),
+            message=f"found {spec.limits.feather_edges:g} without [print] min_wall; expected the "
+            'thinnest wall that the printer makes beside it, such as min_wall = "0.4 mm"',
+        )
+
+
 def wall_problems(lattice: CellsSpec, spec: PrintSpec | None) -> Iterator[Problem]:
     """Find cells and walls too small for the thinnest wall of a printer, or one that none has.
 

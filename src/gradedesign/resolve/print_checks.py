@@ -29,6 +29,9 @@ from gradedesign.verify.wall_thickness import WallThickness
 _MEMORY_SHARE = 0.5
 #: Percentiles that limits are set on, %.
 _THIN, _NARROW = "5", "5"
+#: What leaves no rim where the part's faces cut walls: nothing, a solid layer below the faces, or
+#: walls that meet them elsewhere.
+_NO_FEATHERS = "a skin or [[keep]] below that face, another [lattice] origin or larger cells"
 #: Changes of the case that help where a limit of ``[print.limits]`` is broken.
 _HELPS = {
     "thickness": "[print] min_wall, larger cells or a higher lower density",
@@ -37,6 +40,7 @@ _HELPS = {
     "support_volume": "another [print] build_direction or another cell",
     "islands": "another [print] build_direction or a skin",
     "trapped_powder": "[lattice] drain, no skin, or a cell with an open void",
+    "feather_edges": _NO_FEATHERS,
 }
 
 
@@ -78,6 +82,7 @@ def print_rows(case: CaseIdentity, printability: Printability | None) -> tuple[L
     if printability is None or case.print is None:
         return ()
     voids, hanging, limits = printability.voids, printability.overhang, case.print.limits
+    feathers = printability.feathers
     angle = f"surface inclined to the plate by less than {hanging.angle:g} deg, but on it"
     grid = f"the printed solid in voxels of {voids.step_mm:.3g} mm"
     rays = "rays through the printed solid"
@@ -103,6 +108,13 @@ def print_rows(case: CaseIdentity, printability: Printability | None) -> tuple[L
             "layers with nothing within a pixel",
         ),
         ("trapped_powder", voids.trapped_volume_mm3, "mm^3", grid, f"voids with {way}"),
+        (
+            "feather_edges",
+            float("nan") if feathers is None else feathers.share,
+            "",
+            rays,
+            "share of the surface with less than min_wall behind it at edges of less than 30 deg",
+        ),
     )
     return tuple(
         LimitRow(
@@ -144,6 +156,7 @@ def print_warnings(
         words
         for words in (
             _thin(spec, printability),
+            _feathers(spec, printability),
             _powder(spec, printability),
             _islands(spec, printability),
             _support(spec, printability),
@@ -160,6 +173,18 @@ def _thin(spec: PrintSpec, printability: Printability) -> str:
     return (
         f"{_THIN} % of the printed surface has less than {thin:.3g} mm of solid behind it, [print] "
         f"min_wall is {spec.min_wall:g} mm; acute rims count, [print.limits] thickness enforces it"
+    )
+
+
+def _feathers(spec: PrintSpec, printability: Printability) -> str:
+    found = printability.feathers
+    if found is None or found.at_mm is None or spec.limits.feather_edges is not None:
+        return ""
+    return (
+        f"feather edges: {found.share:.2g} of the printed surface, {found.area_mm2:.3g} mm^2, has "
+        f"less than the min_wall of {found.wall_mm:g} mm behind it where two faces enclose less "
+        f"than {found.angle_deg:g} deg, most of it about {_point(found.at_mm)}: such rims print "
+        f"ragged or not at all; {_NO_FEATHERS} would help"
     )
 
 
@@ -252,6 +277,9 @@ def print_data(printability: Printability | None) -> dict[str, Any]:
             },
             "islands": asdict(printability.islands),
             "voids": asdict(printability.voids),
+            "feather_edges": (
+                None if printability.feathers is None else asdict(printability.feathers)
+            ),
             "as_built": None if printability.as_built is None else asdict(printability.as_built),
         }
     }

@@ -1,4 +1,4 @@
-"""The printed solid, measured for how it is made: overhangs, islands, voids, growth, thickness."""
+"""The printed solid, measured for how it is made: overhangs, islands, voids, growth, rims."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from gradedesign.case.print_schema import FRAMES, PrintSpec
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.voxels import grid_around, solid_voxels
 from gradedesign.verify.as_built import AsBuilt, as_built
+from gradedesign.verify.feather_edges import FeatherEdges, feather_edges
 from gradedesign.verify.layer_islands import LayerIslands, layer_islands
 from gradedesign.verify.overhang import Overhang, overhang
 from gradedesign.verify.voids import BYTES_PER_VOXEL, STEPS_PER_THROAT, Voids, measure_voids
@@ -36,6 +37,8 @@ class Printability:
     voids : Voids
     as_built : AsBuilt or None
         Where the case states how the process grows.
+    feathers : FeatherEdges or None
+        Where the case states the thinnest wall.
     """
 
     build_direction: str
@@ -44,6 +47,7 @@ class Printability:
     islands: LayerIslands
     voids: Voids
     as_built: AsBuilt | None
+    feathers: FeatherEdges | None
 
 
 def grid_step(spec: PrintSpec, extent: FloatArray) -> tuple[float, int, float]:
@@ -87,7 +91,7 @@ def measure_printability(
     solid = solid_voxels(surface, grid)
     report_step("islands of its layers")
     islands = layer_islands(solid, grid)
-    report_step("ways out of its voids")
+    report_step("ways out of its voids, feather edges")
     voids = measure_voids(surface, solid, solid_voxels(part, grid), grid, spec.min_throat)
     return Printability(
         build_direction=spec.build_direction,
@@ -98,4 +102,5 @@ def measure_printability(
         as_built=None
         if spec.as_built_offset is None
         else as_built(surface, frame[2], spec.as_built_offset),
+        feathers=None if spec.min_wall is None else feather_edges(surface, spec.min_wall),
     )
