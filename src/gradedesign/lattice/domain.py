@@ -80,6 +80,10 @@ class DesignDomain:
         Of the fillets where lattice, skins and passive regions meet; 0: none.
     bodies : int
         Connected components of the part.
+    least_rim : float, mm
+        Rims of less solid below the part's faces, at flat angles, are left out; 0: none.
+    overhang : float, mm
+        By which the faces of ``distance`` lie outside those of the part, see `grown`.
 
     Raises
     ------
@@ -97,6 +101,8 @@ class DesignDomain:
     drains: tuple[Drain, ...] = ()
     joint_radius: float = 0.0
     bodies: int = 1
+    least_rim: float = 0.0
+    overhang: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lower", locked(self.lower, (3,), name="lower"))
@@ -158,6 +164,7 @@ def grown(domain: DesignDomain, overhang: float) -> DesignDomain:
     return replace(
         domain,
         distance=lambda points: inner(points) - overhang,
+        overhang=domain.overhang + overhang,
         skins=tuple(thicker(skin, overhang) for skin in domain.skins),
         nets=tuple(
             replace(

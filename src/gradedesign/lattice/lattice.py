@@ -160,11 +160,11 @@ def joint_fields(design: LatticeDesign) -> tuple[Field, Field, Field] | None:
 def uncut_field(design: LatticeDesign, *, band: float, single: bool = False) -> Field:
     """`lattice_field` for a contour that the part cuts afterwards.
 
-    Where no skin, passive region, net or filling needs the part's distance, it is the field of the
+    Where no skin, passive region, net, filling or rim needs the part's distance, it is that of the
     cells less drain holes, which go on beyond the part.
     """
     domain = design.domain
-    if not domain.lattice_only or domain.nets or domain.fillings:
+    if not domain.lattice_only or domain.nets or domain.fillings or domain.least_rim:
         return lattice_field(design, band=band, single=single)
     exact = cell_field(design)
     cell = cell_field(design, single=True) if single else exact

@@ -15,6 +15,7 @@ from gradedesign.lattice.domain import DesignDomain, PassiveRegion
 from gradedesign.lattice.drain import drain_value
 from gradedesign.lattice.joint import REACH, joined
 from gradedesign.lattice.net_skin import net_value
+from gradedesign.lattice.rims import without_rims
 from gradedesign.lattice.skin import Skin, skin_value
 
 #: Coarse grid of the banded distances, in bands.
@@ -85,7 +86,7 @@ def united(
     exact: Field,
     size: float,
 ) -> Callable[[FloatArray, FloatArray], FloatArray]:
-    """Union of cells, skins and passive regions with joints, less drain holes, about mm.
+    """Union of cells, skins and passive regions with joints, less rims and drain holes, about mm.
 
     Parameters
     ----------
@@ -108,8 +109,26 @@ def united(
 
     def union(points: FloatArray, distance: FloatArray) -> FloatArray:
         value = whole(points, distance)
+        if domain.least_rim:
+            value = without_thin_rims(points, distance, value)
         for drain in domain.drains:
             value = np.maximum(value, -drain_value(drain, points))
+        return value
+
+    def without_thin_rims(
+        points: FloatArray, distance: FloatArray, value: FloatArray
+    ) -> FloatArray:
+        reach = domain.least_rim + domain.overhang
+        near = (np.asarray(distance) > -reach) & (value < 0.0)
+        if near.any():
+            value[near] = without_rims(
+                value[near],
+                points[:, near],
+                whole,
+                domain.distance,
+                overhang=domain.overhang,
+                wall=domain.least_rim,
+            )
         return value
 
     def whole(points: FloatArray, distance: FloatArray) -> FloatArray:

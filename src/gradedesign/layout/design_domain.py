@@ -62,6 +62,7 @@ def design_domain(
         passive=passive_regions(case, part, distance),
         joint_radius=case.lattice.joint_radius,
         bodies=part.report.bodies,
+        least_rim=(case.print and case.print.min_wall) or 0.0,
     )
     return with_fillings(case, domain)
 
