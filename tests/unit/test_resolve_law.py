@@ -47,7 +47,9 @@ def build_registry_with(laws):
 
 def case(name="auto", edges=(8.0, 8.0, 8.0), own_cell=None):
     return SimpleNamespace(
-        lattice=SimpleNamespace(law=name, density=(0.2, 0.5), edges=edges, own_cell=own_cell)
+        lattice=SimpleNamespace(
+            law=name, density=(0.2, 0.5), edges=edges, own_cell=own_cell, by_stress=False
+        )
     )
 
 

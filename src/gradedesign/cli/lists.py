@@ -242,7 +242,10 @@ def _print_family(family: Mapping[str, Any]) -> None:
             )
         if law["gibson_ashby_window"] is not None:
             low, high = law["gibson_ashby_window"]
-            typer.echo(f'  law = "{GIBSON_ASHBY}" takes these, density {low:.3g} to {high:.3g}')
+            typer.echo(
+                f'  law = "{GIBSON_ASHBY}" takes these, density {low:.3g} to {high:.3g}, or is '
+                f"fitted anew to the densities that a case states"
+            )
         typer.echo(f"  buckling: {law['buckling']}")
         typer.echo(f"  {law['source']}; {law['test']}")
 

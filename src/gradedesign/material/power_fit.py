@@ -17,6 +17,8 @@ GIBSON_ASHBY = "gibson-ashby"
 MOST_RESIDUAL = 0.1
 #: Densities of the law's window, evenly spaced in their logarithm.
 _SAMPLES = 41
+#: Highest over lowest density of a fit at least, where a case allows fewer. Chosen, not measured.
+_LEAST_SPAN = 1.5
 #: Of them in a fit at least: two would always fit.
 _LEAST_SAMPLES = 5
 
@@ -85,8 +87,13 @@ def fit_power(density: FloatArray, value: FloatArray) -> PowerFit | None:
     return None
 
 
-def power_fits(law: ScalingLaw) -> dict[str, PowerFit | None]:
+def power_fits(
+    law: ScalingLaw, density: tuple[float, float] | None = None
+) -> dict[str, PowerFit | None]:
     """Power laws of Young's modulus, along the softest cell axis, and of strength.
+
+    ``density`` are the lowest and the highest one that they are meant for, the window of the law by
+    default.
 
     Returns
     -------
@@ -97,10 +104,17 @@ def power_fits(law: ScalingLaw) -> dict[str, PowerFit | None]:
     ----------
     L. J. Gibson, M. F. Ashby, Cellular solids, 2nd edition, Cambridge 1997, eqs. 5.6 and 5.27.
     """
-    density = np.geomspace(*law.window, _SAMPLES)
+    low, high = law.window
+    if density is not None:
+        low, high = np.clip(density, low, high)
+        low = max(law.window[0], min(low, high / _LEAST_SPAN))
+        high = min(law.window[1], max(high, low * _LEAST_SPAN))
+    rho = np.geomspace(low, high, _SAMPLES)
+    # The powers of both ends may round to beyond them.
+    rho[0], rho[-1] = low, high
     return {
-        "E": fit_power(density, softest_modulus(law, density)),
-        "strength": fit_power(density, np.asarray(law.strength(density))),
+        "E": fit_power(rho, softest_modulus(law, rho)),
+        "strength": fit_power(rho, np.asarray(law.strength(rho))),
     }
 
 
@@ -111,17 +125,19 @@ def softest_modulus(law: ScalingLaw, density: FloatArray) -> FloatArray:
     return np.asarray(1.0 / np.diagonal(compliance, axis1=-2, axis2=-1)[..., :3].max(axis=-1))
 
 
-def gibson_ashby(law: ScalingLaw) -> ScalingLaw:
+def gibson_ashby(law: ScalingLaw, density: tuple[float, float] | None = None) -> ScalingLaw:
     """Isotropic power law fitted to a computed law: E of the softest cell axis, and strength.
 
-    Its window is that in which both fits hold; without a fit of strength it has none.
+    It is fitted to the densities that it is meant for, as in `power_fits`: over fewer one power law
+    follows a cell more closely, and farther up or down. Its window is that in which both fits hold;
+    without a fit of strength it has none.
 
     Raises
     ------
     DensityError
         If no power law follows Young's modulus, or the windows of both fits are apart.
     """
-    fits = power_fits(law)
+    fits = power_fits(law, density)
     modulus, strength = fits["E"], fits["strength"]
     if modulus is None:
         raise DensityError(
@@ -147,7 +163,7 @@ def gibson_ashby(law: ScalingLaw) -> ScalingLaw:
         window=(low, high),
         origin=LawOrigin(
             kind="fitted",
-            source=f"fitted to {law.name}: {within}; {law.source}",
+            source=f"fitted to {law.name}, density {low:.3g} to {high:.3g}: {within}; {law.source}",
             test=law.test,
             poissons_ratio=law.poissons_ratio,
         ),

@@ -35,8 +35,8 @@ def choose_law(
     family : str
         Name of the cell family.
     law : str
-        ``auto``, the name of a law, or ``gibson-ashby``: the power law fitted to the first of the
-        computed laws that ``auto`` would take.
+        ``auto``, the name of a law, or ``gibson-ashby``: the power law fitted, over the asked
+        densities, to the first of the computed laws that ``auto`` would take.
     density : (float, float)
         Range the case asks for. The law need not cover all of it: sizing stays within the window.
 
@@ -74,7 +74,7 @@ def choose_law(
         meeting, key=lambda k: (AUTO_KINDS.index(k.kind), -round(_overlap(k, density), 6), k.name)
     )
     if law == GIBSON_ASHBY:
-        (chosen,) = _require_overlap([gibson_ashby(chosen)], family, density)
+        (chosen,) = _require_overlap([gibson_ashby(chosen, density)], family, density)
     log.info("law for cell %s: %s (%s)", family, chosen.name, chosen.source)
     return chosen
 

@@ -79,7 +79,7 @@ def resolve_law(
         if case.lattice.own_cell is None:
             remark += f"; 'gradedesign homogenise {cell.name}' says more"
         if plan.fitted:
-            law = gibson_ashby(law)
+            law = gibson_ashby(law, case.lattice.density)
             require_strength(case, law)
         return law, (remark,)
     if law.kind == "stated":
