@@ -6,6 +6,7 @@ import sys
 
 import meshio
 import pytest
+from result_keys import undocumented
 from small_parts import SHORT_BAR
 
 from gradedesign.verify.small_solid import FINEST
@@ -50,6 +51,7 @@ def test_a_run_by_finite_cells_is_accepted_by_tetrahedra(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
     result = json.loads((tmp_path / "r" / "result.json").read_text(encoding="utf-8"))
     assert result["status"] == "met"
+    assert undocumented(result) == []
     # Bricks of 1.4 walls or 0.7 of the margins of 1.5 mm, finer as this solid is small.
     assert 1.2 < FINEST * result["iterations"][-1]["spacing_mm"] < 1.5
     assert all(limit["passed"] for limit in result["limits"])

@@ -1,8 +1,10 @@
 """Stress of submodels of the printed surface against a mesh of the whole one."""
 
 import pytest
+from result_keys import undocumented
 
 import gradedesign
+from gradedesign.output.result import as_json
 
 CASE = """
 [case]
@@ -58,6 +60,12 @@ def test_submodels_find_the_stress_of_the_whole_printed_surface(tmp_path):
         (case / "case.toml").write_text(CASE.format(scope=scope), encoding="utf-8")
         result = gradedesign.run(gradedesign.load_case(case), folder=case / "run")
         assert result.acceptance["scope"] == scope
+        assert undocumented(as_json(result)) == []
+        # Never below the value that is judged, submodels or not.
+        everywhere = result.acceptance["exclusion"]["stress_everywhere_MPa"]
+        for row in result.limits:
+            if row.phase:
+                assert everywhere[row.load_case][row.phase] >= row.value * (1 - 1e-12)
         found = {row["limit"]: row for row in result.acceptance["limits"]}
         rows[scope] = found["displacement of tip magnitude"], found["stress in lattice"]
     (moved, submodels), (again, whole) = rows["submodels"], rows["whole"]

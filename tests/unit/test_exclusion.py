@@ -8,6 +8,7 @@ from small_parts import box_part, held_bar, zone_of
 
 from gradedesign.limits.local_stress import KIND, share_warnings
 from gradedesign.resolve.exclusion import exclusion_data
+from gradedesign.results.acceptance_data import stress_ratios
 from gradedesign.verify.exclusion import exclusion_zone
 from gradedesign.verify.measures import stress_measures
 
@@ -75,6 +76,26 @@ def test_the_stress_everywhere_is_never_below_the_judged_one(inside):
     above = np.repeat(volumes / 4, 4)[stress.ravel() > everywhere].sum()
     assert above == pytest.approx(0.005 * measure.volume, abs=volumes.max() / 4)
     assert everywhere >= measure.value if inside > 1 else everywhere == measure.value
+
+
+def test_the_ratio_is_that_of_the_row_over_its_analysis():
+    """Submodels raise the lattice by a tenth; a phase that no row limits has no ratio."""
+
+    def measure(phase, value):
+        return SimpleNamespace(phase=phase, value=value)
+
+    result = SimpleNamespace(
+        measures={"pull": (measure("lattice", 40.0), measure("skin", 9.0)),
+                  "side": (measure("lattice", 20.0), measure("passive solid", 0.0))}
+    )  # fmt: skip
+    rows = [
+        SimpleNamespace(phase="lattice", load_case="pull", value=44.0),
+        SimpleNamespace(phase="passive solid", load_case="side", value=0.0),
+        SimpleNamespace(phase="", load_case="pull", value=0.1),
+    ]
+    assert stress_ratios(rows, result) == {
+        "lattice": pytest.approx(1.1), "passive solid": 1.0
+    }  # fmt: skip
 
 
 def test_share_of_the_part_counts_where_lattice_is():
