@@ -201,6 +201,7 @@ def test_the_verdict_comes_first(html):
 
 
 def test_limits_have_one_value_the_end_of_the_band_that_is_used(html):
+    html = html.replace("\u00a0", " ")
     rows = re.findall(r"<tr>(.*?)</tr>", html)
     cells = [[re.sub("<.*?>", "", c) for c in re.findall(r"<td.*?</td>", row)] for row in rows]
     assert [

@@ -138,6 +138,7 @@ def _environment() -> Environment:
     )
     environment.filters |= {
         "number": format, "percent": _percent, "plain": _plain, "ends": _ends, "held": _held,
+        "together": _together, "with_unit": _with_unit,
     }  # fmt: skip
     return environment
 
@@ -156,6 +157,17 @@ def _beside_file(result: RunResult, entry: Mapping[str, Any]) -> float | None:
 def _ends(entry: Mapping[str, Any]) -> str:
     """Write both ends of the band of a limit in acceptance, or a dash where there is none."""
     return "–" if entry["low"] is None else f"{entry['low']:.4g} to {entry['high']:.4g}"
+
+
+def _together(words: str) -> str:
+    """Keep words on one line."""
+    return words.replace(" ", "\u00a0")
+
+
+def _with_unit(value: float, unit: str) -> str:
+    """Write a value with its unit, on one line where that is no phrase."""
+    space = " " if " " in unit else "\u00a0"
+    return f"{value:.4g}{space}{unit}"
 
 
 def _held(displacement: float | None) -> str:
