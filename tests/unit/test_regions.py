@@ -195,10 +195,10 @@ def test_row_52_whole_surface(plate):
 
 def test_assertions(plate):
     message = refused(plate, bolts={"cylinder": {"diameter": "8 mm"}, "count": 6})
-    assert "count = 6, but 4 faces fit" in message
+    assert "region.bolts.count: found 6, but the other keys fit 4 faces" in message
     assert message.count("diameter 8 mm") == 4
     message = refused(plate, end={"plane": "x = min", "area": "430 mm^2"})
-    assert "area = 430 mm^2 within 5 %" in message
+    assert "region.end.area: found 430 mm^2, within 5 %, but" in message
     assert "400 mm^2" in message
 
 

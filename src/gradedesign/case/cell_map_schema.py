@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from gradedesign.case.direction import Direction
+from gradedesign.case.suggest import listed
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import (
     Choice,
@@ -25,6 +26,13 @@ _KEYS = {
     "spherical": (("around", "inner_radius"), ("centre", "axis", "polar_cap")),
     "conformal": ((), ("normal", "surface")),
     "layered": (("layers", "surface", "opposite"), ("normal",)),
+}
+_EXAMPLES = {
+    "around": "24",
+    "inner_radius": '"10 mm"',
+    "layers": "3",
+    "surface": '"root"',
+    "opposite": '"tip"',
 }
 _ALL = tuple(dict.fromkeys(key for keys in _KEYS.values() for part in keys for key in part))
 
@@ -57,9 +65,11 @@ class CellMapSpec(Table):
     @model_validator(mode="after")
     def _keys_of_kind(self) -> CellMapSpec:
         needed, allowed = _KEYS[self.kind]
-        for key in needed:
-            if getattr(self, key) is None:
-                raise Refused(f"a {self.kind} map needs {key}")
+        if lacking := [key for key in needed if getattr(self, key) is None]:
+            raise Refused(
+                f"a {self.kind} map needs {listed(lacking)}; add "
+                + " and ".join(f"{key} = {_EXAMPLES[key]}" for key in lacking)
+            )
         for key in _ALL:
             if key in self.model_fields_set and key not in (*needed, *allowed):
                 raise key_error(key, f"has no meaning with the {self.kind} map")

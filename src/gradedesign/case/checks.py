@@ -16,7 +16,7 @@ from gradedesign.case.schema import CaseFile
 from gradedesign.case.suggest import shown
 from gradedesign.case.toml_lines import Key
 from gradedesign.case.value_types import Triple
-from gradedesign.case.wall_checks import feather_problems, wall_problems
+from gradedesign.case.wall_checks import feather_problems, grid_problems, wall_problems
 
 _ANY = "*"
 _MOST_REGIONS = 300
@@ -110,6 +110,7 @@ def cross_problems(file: CaseFile) -> Iterator[Problem]:
             )
     yield from wall_problems(file.lattice, file.print)
     yield from feather_problems(file.print)
+    yield from grid_problems(file.lattice, file.run)
     orientation = file.lattice.orientation
     names = tuple(case.name for case in file.load_case)
     if (

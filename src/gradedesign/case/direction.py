@@ -11,13 +11,34 @@ _SIGNED = ("+x", "-x", "+y", "-y", "+z", "-z")
 _AXES = ("x", "y", "z")
 
 
+#: Words for the directions of a part that stands upright.
+_UPRIGHT = {"up": "+z", "top": "+z", "upwards": "+z", "down": "-z", "bottom": "-z"}
+
+
+def _signed(value: object) -> object:
+    """A direction in small letters.
+
+    Raises
+    ------
+    Refused
+        For one as a word, whose axis only the user knows.
+    """
+    text = value.lower() if isinstance(value, str) else ""
+    if text in _UPRIGHT:
+        raise Refused(
+            f'found {shown(value)}; did you mean "{_UPRIGHT[text]}"? available: {listed(_SIGNED)}'
+        )
+    return text if text in _SIGNED else value
+
+
 class _Along(Choice):
     """A direction; a letter alone means the positive one."""
 
     __slots__ = ()
 
     def read(self, value: object) -> str:
-        return f"+{value}" if value in _AXES else super().read(value)
+        letter = value.lower() if isinstance(value, str) else ""
+        return f"+{letter}" if letter in _AXES else super().read(_signed(value))
 
     def json_schema(self) -> JsonSchema:
         return {"enum": [*self.words, *_AXES]}
@@ -34,7 +55,7 @@ class _Facing(Choice):
                 f'found {shown(value)}; did you mean "+{value}" or "-{value}"? available: '
                 f"{listed(self.words)}"
             )
-        return super().read(value)
+        return super().read(_signed(value))
 
 
 Direction: TypeAlias = Annotated[str, _Along(_SIGNED)]

@@ -22,6 +22,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.case.suggest import instead, shown
+from gradedesign.case.units import DIMENSIONS
 from gradedesign.errors import CaseError
 
 #: Limits that no sensible formula meets: longer ones are mistakes or attacks.
@@ -193,6 +194,8 @@ class _Parser:
         word, place = self.next_token()
         token = f"{shown(word)} at character {place + 1}" if word else "the end"
         hint = "; write a power as x^2" if word == "*" else ""
+        if word in DIMENSIONS["length"].units:
+            hint = "; its lengths are numbers in mm: leave the unit out"
         return CaseError(f"found {token} of the formula, expected {expected}{hint}")
 
     def sum(self, depth: int) -> None:
@@ -287,8 +290,9 @@ def _tokens(text: str) -> list[tuple[str, int]]:
         match = _TOKEN.match(text, at)
         if match is None:
             bad = text[at:].lstrip()[0]
+            hint = "; it states a value: write x - 20, not x < 20" if bad in "<>=" else ""
             raise CaseError(
-                f"found {shown(bad)} in the formula, expected numbers, names, + - * / ^ , ( )"
+                f"found {shown(bad)} in the formula, expected numbers, names, + - * / ^ , ( ){hint}"
             )
         tokens.append((match[match.lastgroup or 0], match.start(match.lastgroup or 0)))
         at = match.end()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, TypeAlias
+import re
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, TypeAlias
 
 from pydantic import Field, model_validator
 
@@ -34,6 +36,12 @@ from gradedesign.case.value_types import (
 CELL_SPAN = (1e-3, 1e5)
 
 
+#: A range as people write it: "4-8 mm", "4 to 8 mm".
+_RANGE = re.compile(
+    r"\s*(?P<low>[\d.]{1,9})\s*(?:-|to|\.\.)\s*(?P<high>[\d.]{1,9})\s*(?P<unit>[a-z]{1,6})\s*"
+)
+
+
 class CellSize(Reader):
     """One length, a range, or the three edges of the cell."""
 
@@ -42,6 +50,12 @@ class CellSize(Reader):
     def read(self, value: object) -> tuple[float, ...]:
         """Convert ``"8 mm"``, ``["40 mm", "50 mm"]`` or ``["8 mm", "8 mm", "12 mm"]``."""
         reader = Quantity("length", at_least=CELL_SPAN[0], at_most=CELL_SPAN[1])
+        if isinstance(value, str) and (ends := _RANGE.fullmatch(value)):
+            unit = ends["unit"]
+            raise Refused(
+                f"found {shown(value)}, which is no length; expected one, or a range as a list: "
+                f'["{ends["low"]} {unit}", "{ends["high"]} {unit}"]'
+            )
         if not isinstance(value, list):
             return (reader.read(value),)
         if len(value) not in (2, 3):
@@ -122,6 +136,16 @@ _Density: TypeAlias = Annotated[tuple[float, float], DensityRange()]
 
 class CellsSpec(Table):
     """The cells that fill the part and how they lie in it, apart from their density."""
+
+    called: ClassVar[Mapping[str, str]] = {
+        "type": "cell",
+        "name": "cell",
+        "family": "cell",
+        "topology": "cell",
+        "unit_cell": "cell",
+        "period": "size",
+        "volume_fraction": "density",
+    }
 
     cell: Name = Field(examples=["gyroid-sheet"])
     """Name of a cell family."""

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import GenericAlias
-from typing import Annotated, Any, TypeAlias, TypeVar
+from typing import Annotated, Any, ClassVar, TypeAlias, TypeVar
 
 from pydantic import Field, create_model, model_validator
 
@@ -162,6 +162,15 @@ class DisplacementLimit(LimitEntry):
     ``magnitude`` is always the allowed absolute value; ``component`` narrows it to one direction.
     """
 
+    called: ClassVar[Mapping[str, str]] = {
+        "max": "magnitude",
+        "value": "magnitude",
+        "limit": "magnitude",
+        "allowed": "magnitude",
+        "direction": "component",
+        "axis": "component",
+    }
+
     region: RegionName = Field(examples=["tip"])
     """Name of the region."""
     magnitude: Annotated[float | SolidMultiple, Allowed("length")] = Field(
@@ -179,6 +188,17 @@ class LimitsSpec(Table):
     Kinds of limits that bring an entry of their own add a list under
     their name.
     """
+
+    replaced: ClassVar[Mapping[str, str]] = {
+        name: "is what a run makes as small as the other limits allow; leave it out"
+        for name in ("mass", "weight", "volume", "volume_fraction")
+    }
+    called: ClassVar[Mapping[str, str]] = {
+        "von_mises": "stress",
+        "deflection": "displacement",
+        "factor_of_safety": "safety_factor",
+        "fos": "safety_factor",
+    }
 
     stress: Annotated[float, Quantity("stress", above=0.0)] | None = None
     """Allowed von Mises stress, MPa."""

@@ -84,6 +84,14 @@ class _Displacement(Reader):
 class FixSpec(Table):
     """A support: all of x, y, z held, some components, prescribed displacements, or symmetry."""
 
+    called: ClassVar[Mapping[str, str]] = {
+        "direction": "components",
+        "axis": "components",
+        "dof": "components",
+        "face": "region",
+        "faces": "region",
+    }
+
     region: RegionName = Field(examples=["root"])
     """Name of the region that is held."""
     components: Annotated[Prescribed, _Components()] | None = None
@@ -124,6 +132,13 @@ class LoadSpec(Table):
     """A load on a region; what is given acts together."""
 
     replaced: ClassVar[Mapping[str, str]] = dict.fromkeys(("coupling", "rigid"), _NO_RIGID)
+    called: ClassVar[Mapping[str, str]] = {
+        "torque": "moment",
+        "traction": "pressure",
+        "face": "region",
+        "faces": "region",
+    }
+    example: ClassVar[str] = '{region = "tip", force = ["0 N", "0 N", "-5 kN"]}'
 
     region: RegionName = Field(examples=["tip"])
     """Name of the region that is loaded."""
@@ -175,6 +190,16 @@ class LoadSpec(Table):
 
 class LoadCaseSpec(Table):
     """Supports, loads, acceleration and temperature that act at the same time."""
+
+    called: ClassVar[Mapping[str, str]] = {
+        "support": "fix",
+        "supports": "fix",
+        "constraint": "fix",
+        "constraints": "fix",
+        "force": "load",
+        "forces": "load",
+        "gravity": "acceleration",
+    }
 
     name: Name = Field(examples=["tip load"])
     """Shown in the report; unique."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
 
 from pydantic import model_validator
 
@@ -15,6 +16,16 @@ _NEEDED = ("youngs_modulus", "poissons_ratio", "density")
 
 class MaterialSpec(Table):
     """Either ``name`` alone, resolved in the library of materials, or its own properties."""
+
+    called: ClassVar[Mapping[str, str]] = {
+        "material": "name",
+        "e": "youngs_modulus",
+        "elastic_modulus": "youngs_modulus",
+        "nu": "poissons_ratio",
+        "rho": "density",
+        "alpha": "thermal_expansion",
+        "cte": "thermal_expansion",
+    }
 
     name: Name | None = None
     """Name in the library."""

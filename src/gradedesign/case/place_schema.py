@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
 
@@ -124,6 +125,12 @@ class PlaceSpec(Table):
 
 class KeepSpec(PlaceSpec):
     """A passive solid: all within a margin of a region's faces, or a volume."""
+
+    called: ClassVar[Mapping[str, str]] = {
+        "thickness": "margin",
+        "depth": "margin",
+        "within": "margin",
+    }
 
     region: RegionName | None = Field(default=None, examples=["bolts"])
     """Name of the region."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, TypeAlias
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, TypeAlias
 
 from pydantic import Field
 
@@ -91,6 +92,13 @@ class PrintLimitsSpec(Table):
 class PrintSpec(Table):
     """Capabilities of the printer, and limits on the printed solid."""
 
+    called: ClassVar[Mapping[str, str]] = {
+        "min_thickness": "min_wall",
+        "min_feature": "min_wall",
+        "min_hole": "min_throat",
+        "bed": "build_volume",
+    }
+
     min_wall: Size | None = Field(default=None, examples=["0.8 mm"])
     """Thinnest wall or strut that can be printed, mm; it bounds the density from below."""
     min_throat: Size | None = None
@@ -112,7 +120,9 @@ class PrintSpec(Table):
     """Direction of the part that points upwards in the printer."""
     overhang_angle: Annotated[float, Quantity("angle", above=0.0, at_most=90.0)] = 45.0
     """Facets inclined to the plate by less overhang, degrees."""
-    build_volume: Annotated[Triple, Vector("length")] | None = None
+    build_volume: (
+        Annotated[Triple, Vector("length", '["250 mm", "250 mm", "300 mm"]')] | None
+    ) = None
     """Room of the printer along its x, y and upwards, mm."""
     as_built_offset: Annotated[Offsets, _Offsets()] | None = None
     """Growth of the printed surface, mm, by its inclination: 0 deg looks down at the plate, 90 deg

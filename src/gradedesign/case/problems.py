@@ -13,6 +13,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from gradedesign.case.suggest import instead, meant, shown
+from gradedesign.case.table import Table
 from gradedesign.case.toml_lines import Key, line_of
 from gradedesign.errors import CaseError
 
@@ -38,6 +39,8 @@ class Problem:
         Words that could be meant.
     label : str
         Heading of the list of choices.
+    missing : bool
+        Whether the key is not there.
     """
 
     key: Key
@@ -45,6 +48,7 @@ class Problem:
     word: str = ""
     choices: tuple[str, ...] = ()
     label: str = ""
+    missing: bool = False
 
     def text(self) -> str:
         """The message with the nearest spelling and the choices."""
@@ -106,9 +110,17 @@ def problems_of(
     ------
     Problem
     """
+    problems = []
     for error in errors:
         key = (*prefix, *(part for part in error["loc"] if part != "[key]"))
-        yield _problem(error, key, layout)
+        problems.append(_problem(error, key, layout))
+    yield from without_meant(problems)
+
+
+def without_meant(problems: Sequence[Problem]) -> Iterator[Problem]:
+    """Leave out keys that are missing where a wrong word beside them stands for them."""
+    stated = {(*p.key[:-1], word) for p in problems if p.word for word in meant(p.word, p.choices)}
+    yield from (p for p in problems if not (p.missing and p.key in stated))
 
 
 def _problem(error: ErrorDetails, key: Key, layout: type[BaseModel]) -> Problem:
@@ -119,26 +131,40 @@ def _problem(error: ErrorDetails, key: Key, layout: type[BaseModel]) -> Problem:
         return Problem(key=(*key, context["key"]), message=str(context["message"]))
     if kind == "extra_forbidden":
         table = _table_at(layout, key[:-1])
-        replaced: Mapping[str, str] = getattr(table, "replaced", {})
-        if str(key[-1]) in replaced:
-            return Problem(key=key, message=replaced[str(key[-1])])
-        choices = tuple(_fields(table))
-        return Problem(
-            key=key,
-            message="unknown key" + elsewhere(layout, str(key[-1]), choices),
-            word=str(key[-1]),
-            choices=choices,
-            label="valid keys",
-        )
+        return unknown(layout, table, key, tuple(_fields(table)), "key")
     if kind == "missing":
         return missing(key, _fields(_table_at(layout, key[:-1])).get(str(key[-1])))
     value = shown(error["input"])
+    example = _example(_table_at(layout, key))
     if kind in ("model_type", "model_attributes_type", "dict_type"):
-        return Problem(key=key, message=f"found {value}; expected a table")
+        such = f" such as {example}" if example else ""
+        return Problem(key=key, message=f"found {value}; expected a table{such}")
     if kind == "tuple_type":
-        expected = f"[[{key[-1]}]] or a list" if len(key) == 1 else "a list of tables in [ ]"
-        return Problem(key=key, message=f"found {value}; expected {expected}")
+        write = f": write [[{key[-1]}]]" if len(key) == 1 else f": write {key[-1]} = [{example}]"
+        return Problem(key=key, message=f"found {value}; expected a list of tables{write}")
     return Problem(key=key, message=f"found {value}; {error['msg']}")
+
+
+def unknown(
+    layout: type[BaseModel],
+    table: type[BaseModel] | None,
+    key: Key,
+    choices: tuple[str, ...],
+    noun: str,
+) -> Problem:
+    """Problem of a key or table that a table does not have, by what it is called elsewhere too."""
+    word = str(key[-1])
+    if table is not None and issubclass(table, Table):
+        if word in table.replaced:
+            return Problem(key=key, message=table.replaced[word])
+        word = table.called.get(word.lower(), word)
+    return Problem(
+        key=key,
+        message=f"unknown {noun}" + elsewhere(layout, word, choices),
+        word=word,
+        choices=choices,
+        label=f"valid {noun}s",
+    )
 
 
 def elsewhere(layout: type[BaseModel], word: str, choices: tuple[str, ...]) -> str:
@@ -167,13 +193,33 @@ def missing(key: Key, field: FieldInfo | None) -> Problem:
     """Problem of a key that must be there and is not."""
     if len(key) == 1:
         many = field is not None and get_origin(field.annotation) is tuple
-        return Problem(
-            key=key, message=f"missing; add {f'[[{key[0]}]]' if many else f'[{key[0]}]'}"
-        )
-    examples = field.examples if field is not None and field.examples else []
-    # the texts and lists of JSON are written alike in TOML
-    add = f"; add {key[-1]} = {json.dumps(examples[0])}" if examples else ""
-    return Problem(key=key, message=f"missing{add}")
+        add = f"[[{key[0]}]]" if many else f"[{key[0]}]"
+        return Problem(key=key, message=f"missing; add {add}", missing=True)
+    value = "" if field is None else _example_value(field)
+    add = f"; add {key[-1]} = {value}" if value else ""
+    return Problem(key=key, message=f"missing{add}", missing=True)
+
+
+def _example(model: type[BaseModel] | None) -> str:
+    """A table in one line: its example, or the keys that it needs; empty without any."""
+    if model is None:
+        return ""
+    if issubclass(model, Table) and model.example:
+        return model.example
+    stated = [
+        f"{name} = {value}"
+        for name, field in _fields(model).items()
+        if field.is_required() and (value := _example_value(field))
+    ]
+    return "{" + ", ".join(stated) + "}" if stated else ""
+
+
+def _example_value(field: FieldInfo) -> str:
+    """A value of a key as it is written; empty where neither it nor its table has an example."""
+    if field.examples:
+        # the texts and lists of JSON are written alike in TOML
+        return json.dumps(field.examples[0])
+    return _example(next(_models(field.annotation), None))
 
 
 def is_key(layout: type[BaseModel], text: str) -> bool:

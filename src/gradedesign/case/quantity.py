@@ -9,7 +9,7 @@ import math
 import re
 
 from gradedesign.case.suggest import listed, nearest, shown
-from gradedesign.case.units import DIMENSIONS, Dimension
+from gradedesign.case.units import DIMENSIONS, SPOKEN_UNITS, Dimension
 from gradedesign.errors import CaseError
 
 _LONGEST = 80
@@ -79,11 +79,12 @@ def parse_quantity(text: object, dimension: str) -> float:
     # the length is checked first, so that no later step sees a long text
     match = _QUANTITY.fullmatch(text.strip()) if len(text) <= _LONGEST else None
     if match is None:
-        typed = _as_typed(text) if len(text) <= _LONGEST else text
-        if typed != text and _QUANTITY.fullmatch(typed):
+        typed = _as_typed(text) if len(text) <= _LONGEST else ()
+        if typed and all(t != text and _QUANTITY.fullmatch(t) for t in typed):
+            written = " or ".join(shown(t) for t in typed)
             raise CaseError(
                 f"found {shown(text)}, whose sign, blank or comma is none of a number; write "
-                f'"{typed}"'
+                f"{written}"
             )
         raise CaseError(
             f"found {shown(text)}, which is not a number followed by a unit; "
@@ -91,7 +92,7 @@ def parse_quantity(text: object, dimension: str) -> float:
         )
     unit = normal_unit(match["unit"])
     if unit not in wanted.units:
-        raise CaseError(_wrong_unit(text, unit, wanted))
+        raise CaseError(_wrong_unit(text, match["unit"].strip(), wanted))
     number = float(match["number"])
     value = number * wanted.units[unit]
     if not math.isfinite(value):
@@ -107,10 +108,31 @@ def parse_quantity(text: object, dimension: str) -> float:
     return value
 
 
-def _as_typed(text: str) -> str:
-    """A quantity with the minus, the blanks and the decimal point that a keyboard has."""
+def _as_typed(text: str) -> tuple[str, ...]:
+    """What a quantity with other signs, blanks or commas may mean, in those of the keyboard.
+
+    One comma before three digits parts thousands or decimals: which, only the user knows.
+
+    Examples
+    --------
+    >>> _as_typed("-0,5 kN"), _as_typed("1.000,5 MPa"), _as_typed("1,000 MPa")
+    (('-0.5 kN',), ('1000.5 MPa',), ('1000 MPa', '1.000 MPa'))
+    """
     plain = text.translate(_TYPED).strip()
-    return re.sub(r"^([+-]?\d+),(\d+)(?=\D|$)", r"\1.\2", plain)
+    number = re.match(r"[+-]?\d[\d., ']*(?<=\d)", plain)
+    if number is None:
+        return (plain,)
+    digits, unit = number.group(), plain[number.end() :]
+    if re.fullmatch(r"[+-]?\d{1,3}(?:[ ']\d{3})+(?:[.,]\d+)?", digits):
+        return (re.sub("[ ']", "", digits).replace(",", ".") + unit,)
+    if re.fullmatch(r"[+-]?\d{1,3}(?:\.\d{3})+,\d+", digits):
+        return (digits.replace(".", "").replace(",", ".") + unit,)
+    if re.fullmatch(r"[+-]?\d{1,3}(?:,\d{3})+\.\d+|[+-]?\d{1,3}(?:,\d{3}){2,}", digits):
+        return (digits.replace(",", "") + unit,)
+    decimal = digits.replace(",", ".", 1) + unit
+    if re.fullmatch(r"[+-]?[1-9]\d{0,2},\d{3}", digits):
+        return digits.replace(",", "") + unit, decimal
+    return (decimal,)
 
 
 def _meant_degrees(number: float) -> float:
@@ -120,6 +142,14 @@ def _meant_degrees(number: float) -> float:
     """
     turned = math.degrees(abs(number))
     return next((usual for usual in _USUAL_ANGLES if abs(turned - usual) <= 1e-3 * usual), 0.0)
+
+
+def number_in(value: object) -> float | None:
+    """The plain number that a text stands for, such as 0.2 for "20 %"; None without one."""
+    try:
+        return parse_quantity(value, "number") if isinstance(value, str) else None
+    except CaseError:
+        return None
 
 
 def normal_unit(text: str) -> str:
@@ -150,13 +180,18 @@ def _with_unit(number: str, wanted: Dimension) -> str:
 
 
 def _wrong_unit(text: str, unit: str, wanted: Dimension) -> str:
+    """Say what is wrong with a unit, given as it is written."""
     expected = f"expected {wanted.phrase} such as {shown(wanted.example)}"
     if unit == "":
         return f"found {shown(text)} without a unit; {_with_unit(text.strip(), wanted)}"
-    dimension = next((d for d in DIMENSIONS.values() if unit in d.units), None)
-    if dimension is not None:
-        return f"found {shown(text)}, which is {dimension.phrase}; {expected}"
-    guess = nearest(unit, wanted.units)
+    spelled = SPOKEN_UNITS.get(unit.lower(), normal_unit(unit))
+    guess = next((u for u in (spelled, f"{spelled}f") if u in wanted.units), None)
+    dimension = next((d for d in DIMENSIONS.values() if spelled in d.units), None)
+    if dimension is not None and dimension is not wanted:
+        # a mass has a weight: "kg" may stand for "kgf"
+        question = "" if guess is None else f' did you mean "{guess}"?'
+        return f"found {shown(text)}, which is {dimension.phrase};{question} {expected}"
+    guess = guess or nearest(unit, wanted.units)
     question = f' did you mean "{guess}"?' if guess is not None else ""
     return (
         f"found {shown(text)} with the unknown unit {shown(unit)};{question} {expected}; "

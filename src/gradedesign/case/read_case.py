@@ -29,10 +29,11 @@ from gradedesign.case.problems import (
     Problem,
     case_error,
     dotted,
-    elsewhere,
     missing,
     placed,
     problems_of,
+    unknown,
+    without_meant,
 )
 from gradedesign.case.schema import Case, CaseFile
 from gradedesign.case.suggest import instead
@@ -311,23 +312,15 @@ def _validate(
     if required.is_required() and not sections.get("load_case", True):
         problems.append(missing(("load_case",), required))
     if problems:
-        return None, problems
+        return None, list(without_meant(problems))
     return layout(**sections), problems
 
 
 def _unknown_sections(data: Mapping[str, Any], layout: type[Table]) -> Iterator[Problem]:
     section_names = tuple(layout.model_fields)
     for name in data:
-        if name in layout.replaced:
-            yield Problem(key=(name,), message=layout.replaced[name])
-        elif name not in section_names:
-            yield Problem(
-                key=(name,),
-                message="unknown table" + elsewhere(layout, name, section_names),
-                word=name,
-                choices=section_names,
-                label="valid tables",
-            )
+        if name not in section_names:
+            yield unknown(layout, layout, (name,), section_names, "table")
 
 
 @cache

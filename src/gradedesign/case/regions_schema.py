@@ -8,8 +8,9 @@ Above 300 lines: the keys of one table of the case file.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import Field, WithJsonSchema, model_validator
 
@@ -194,6 +195,13 @@ class PlaneSpec(Table):
 class BoxSpec(Table):
     """An axis-aligned box."""
 
+    called: ClassVar[Mapping[str, str]] = {
+        "min": "lower",
+        "max": "upper",
+        "minimum": "lower",
+        "maximum": "upper",
+    }
+
     lower: Point = Field(examples=[["0 mm", "0 mm", "0 mm"]])
     """Corner of the smallest coordinates, mm."""
     upper: Point = Field(examples=[["10 mm", "10 mm", "10 mm"]])
@@ -212,6 +220,13 @@ class BoxSpec(Table):
 
 class CylinderSpec(Table):
     """Cylindrical faces, narrowed by whatever is given; an empty table takes every cylinder."""
+
+    called: ClassVar[Mapping[str, str]] = {
+        "d": "diameter",
+        "centre": "point",
+        "center": "point",
+    }
+    example: ClassVar[str] = '{diameter = "8 mm"}'
 
     diameter: Annotated[tuple[float, float] | None, _Diameters()] = None
     """One diameter, or the smallest and the largest that count, mm."""
@@ -248,6 +263,15 @@ _AnyPlane: TypeAlias = Annotated[
 
 class RegionSpec(Table):
     """A named set of smooth faces; every key given must hold."""
+
+    called: ClassVar[Mapping[str, str]] = {
+        "hole": "cylinder",
+        "bore": "cylinder",
+        "normal": "facing",
+        "direction": "facing",
+        "tolerance": "area_tolerance",
+        "colour": "color",
+    }
 
     plane: _AnyPlane | None = None
     """Flat faces on this plane."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
 
 from gradedesign.case.suggest import instead, shown
 from gradedesign.case.table import Table
@@ -63,7 +65,8 @@ class _Formats(Reader):
 
     def read(self, value: object) -> tuple[str, ...]:
         if not isinstance(value, list):
-            raise Refused(f"found {shown(value)}; expected a list such as {list(_FORMATS)}")
+            named = [value] if isinstance(value, str) and _NAME.fullmatch(value) else _FORMATS
+            raise Refused(f"found {shown(value)}; expected a list such as {json.dumps(named)}")
         for entry in value:
             if not (isinstance(entry, str) and _NAME.fullmatch(entry)):
                 near = instead(entry if isinstance(entry, str) else "", _FORMATS)
@@ -79,6 +82,14 @@ class _Formats(Reader):
 
 class RunSpec(Table):
     """Budgets and how far to go."""
+
+    called: ClassVar[Mapping[str, str]] = {
+        "rounds": "max_iterations",
+        "max_rounds": "max_iterations",
+        "ram": "memory",
+        "time_limit": "time",
+        "budget": "time",
+    }
 
     memory: Annotated[int, _Memory()] = 8_000_000_000
     """Bytes that the mesher's process, a predicted mesh, and a density map with its grid may take;

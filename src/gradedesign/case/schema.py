@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import Field, SerializeAsAny
 
@@ -71,6 +71,16 @@ class CaseSection(Table):
 
 class CaseFile(Table):
     """Layout of a case file: its tables by name."""
+
+    called: ClassVar[Mapping[str, str]] = {
+        "constraints": "limits",
+        "geometry": "part",
+        "passive": "keep",
+        "printer": "print",
+        "supports": "load_case",
+        "loads": "load_case",
+        "filling": "lattice",
+    }
 
     case: CaseSection
     part: PartSpec

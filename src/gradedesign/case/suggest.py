@@ -108,7 +108,7 @@ def meant(word: str, choices: Iterable[str]) -> tuple[str, ...]:
 def described(word: str, descriptions: Mapping[str, str]) -> tuple[str, ...]:
     """Names that a word describes: each part of it begins a word of the name or of its description.
 
-    Parts of one or two letters are looked for in the name alone.
+    Parts of one or two letters are looked for in the name alone, numbers anywhere in it.
 
     Examples
     --------
@@ -123,6 +123,7 @@ def described(word: str, descriptions: Mapping[str, str]) -> tuple[str, ...]:
         for name, text in descriptions.items()
         if all(
             f"-{part}" in f"-{_plain(name)}"
+            or (part.isdigit() and part in name)
             or (len(part) >= _LEAST_LETTERS and f"-{part}" in f"-{_plain(text)}")
             for part in parts
         )

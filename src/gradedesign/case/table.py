@@ -21,8 +21,12 @@ class Table(BaseModel):
         use_attribute_docstrings=True,
     )
 
-    #: Keys that are refused by a sentence of their own: what to write instead.
+    #: Keys that other commands or programs have here, with what to write instead.
     replaced: ClassVar[Mapping[str, str]] = {}
+    #: What its keys are called elsewhere, in small letters, with the key that is meant.
+    called: ClassVar[Mapping[str, str]] = {}
+    #: How it may be written in one line; empty where the examples of its keys tell.
+    example: ClassVar[str] = ""
 
 
 def key_error(key: str, message: str) -> PydanticCustomError:

@@ -137,6 +137,7 @@ _MOMENT = {
     "lbf*ft": _POUND_FORCE * 12 * _INCH,
 }
 _WORK = {"N*mm": 1.0, "mJ": 1.0, "J": 1e3, "kJ": 1e6, **_MOMENT}
+_MASS = {"kg": 1e-3, "t": 1.0, "lb": _POUND}
 _MEMORY = {
     "GB": 1e9,
     "B": 1.0,
@@ -192,8 +193,38 @@ DIMENSIONS: Mapping[str, Dimension] = MappingProxyType(
         "angle": _dimension(
             "an angle", "15 deg", (1e-12, 360.0), a={"deg": 1.0, "rad": 180.0 / math.pi}
         ),
+        # No key of a case takes one: weights are told from forces by it.
+        "mass": _dimension("a mass", "2 kg", (1e-15, 1e9), a=_MASS),
         "moment": _dimension("a moment", "20 N*m", (1e-12, 1e15), a=_MOMENT),
         "work": _dimension("a work", "120 N*mm", (1e-15, 1e15), a=_WORK),
         "number": _dimension("a plain number", "0.3", (1e-12, 1e12), a={"": 1.0, "%": 0.01}),
+    }
+)
+
+#: Units by other names, with the spelling of the tables.
+SPOKEN_UNITS: Mapping[str, str] = MappingProxyType(
+    {
+        spoken: unit
+        for unit, names in {
+            "mm": "millimeter millimeters millimetre millimetres",
+            "um": "micrometer micrometers micrometre micrometres microns",
+            "cm": "centimeter centimeters centimetre centimetres",
+            "m": "meter meters metre metres",
+            "inch": "inches",
+            "ft": "foot feet",
+            "N": "newton newtons",
+            "kN": "kilonewton kilonewtons",
+            "lb": "lbs pound pounds",
+            "kg": "kilogram kilograms kgs",
+            "MPa": "megapascal megapascals",
+            "min": "mins minute minutes",
+            "s": "sec secs second seconds",
+            "h": "hr hrs hour hours",
+            "degC": "c celsius",
+            "K": "kelvin",
+            "deg": "degree degrees",
+            "rad": "radian radians",
+        }.items()
+        for spoken in names.split()
     }
 )

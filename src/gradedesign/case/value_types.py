@@ -7,17 +7,20 @@ gave; :class:`Refused` becomes one problem with file, line and key.
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias
 
 from pydantic_core import core_schema
 
-from gradedesign.case.quantity import parse_quantity
+from gradedesign.case.quantity import number_in, parse_quantity
 from gradedesign.case.suggest import instead, shown
 from gradedesign.case.units import DIMENSIONS
 from gradedesign.errors import CaseError
 
 Triple: TypeAlias = tuple[float, float, float]
+#: Characters of a text in which the three edges of a size are looked for.
+_LONGEST_SIZE = 80
 JsonSchema: TypeAlias = dict[str, Any]
 
 
@@ -90,11 +93,13 @@ class Vector(Reader):
     """Three quantities of one dimension, along x, y and z."""
 
     dimension: str
+    example: str = ""
 
     def read(self, value: object) -> Triple:
         """Convert ``["0 N", "0 N", "-5 kN"]`` to a tuple."""
         reader = Quantity(self.dimension)
-        x, y, z = (_entry(reader, i, v) for i, v in enumerate(three(value, self._example())))
+        example = self._meant(value) or self._example()
+        x, y, z = (_entry(reader, i, v) for i, v in enumerate(three(value, example)))
         return x, y, z
 
     def json_schema(self) -> JsonSchema:
@@ -102,9 +107,23 @@ class Vector(Reader):
         return _array_of_three(Quantity(self.dimension).json_schema())
 
     def _example(self) -> str:
-        example = DIMENSIONS[self.dimension].example
-        zero = f'"0 {example.split(" ", 1)[-1]}"'
-        return f'[{zero}, {zero}, "{example}"]'
+        return self.example or _along_z(DIMENSIONS[self.dimension].example)
+
+    def _meant(self, value: object) -> str:
+        """The list that one text stands for: a size such as 60 x 20 x 20 mm, or one component."""
+        if not isinstance(value, str) or len(value) > _LONGEST_SIZE:
+            return ""
+        parts = re.split(r"\s*[x\u00d7,;]\s*", value)
+        unit = re.sub(r"^[^A-Za-z]*", "", parts[-1])
+        texts = [part if re.search("[A-Za-z]", part) else f"{part} {unit}" for part in parts]
+        try:
+            for text in texts:
+                parse_quantity(text, self.dimension)
+        except CaseError:
+            return ""
+        if len(texts) == 3:
+            return "[" + ", ".join(f'"{text}"' for text in texts) + "]"
+        return _along_z(value) if len(texts) == 1 and not self.example else ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +138,9 @@ class Number(Reader):
     def read(self, value: object) -> float:
         """Convert a TOML integer or float."""
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise Refused(f"found {shown(value)}; expected a plain number without quotes")
+            number = number_in(value)
+            write = "" if number is None else f": write {number:g}"
+            raise Refused(f"found {shown(value)}; expected a plain number without quotes{write}")
         if isinstance(value, int) and abs(value) >= 10**18:
             raise Refused(f"found {shown(value)}; expected a smaller number")
         if not math.isfinite(value):
@@ -244,6 +265,12 @@ class Words(Reader):
         return {"anyOf": [text, {"type": "array", "items": text, "minItems": 1}]}
 
 
+def _along_z(text: str) -> str:
+    """A list with one quantity as its last entry beside zeros of its unit."""
+    zero = f'"0 {re.sub(r"^[^A-Za-z]*", "", text)}"'
+    return f'[{zero}, {zero}, "{text}"]'
+
+
 def three(value: object, example: str) -> list[object]:
     """Accept a list of exactly three entries, or raise Refused."""
     if not isinstance(value, list) or len(value) != 3:
@@ -275,7 +302,12 @@ def check_range(
     ]
     if not all(holds for _, holds in stated):
         wanted = " and ".join(words for words, _ in stated)
-        raise Refused(f"found {shown_value}; expected a value {wanted}")
+        share = 1.0 < number <= 100.0 and 1.0 in (below, at_most)
+        per_cent = 0.0 < number <= 1.0 and at_most == 100.0
+        meant = number / 100.0 if share else 100.0 * number
+        told = f": write {meant:g} for {number:g} %" if share else ""
+        told = f", in per cent: write {meant:g}" if per_cent else told
+        raise Refused(f"found {shown_value}; expected a value {wanted}{told}")
 
 
 def _entry(reader: Any, index: int, value: object) -> Any:

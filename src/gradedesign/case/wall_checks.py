@@ -7,9 +7,28 @@ from collections.abc import Iterator
 from gradedesign.case.lattice_schema import CellsSpec
 from gradedesign.case.print_schema import PrintSpec
 from gradedesign.case.problems import Problem
+from gradedesign.case.run_schema import RunSpec
 
-#: Thinnest wall, mm, of the coarsest printers, which lay beads of concrete or weld metal.
+#: Thinnest wall and layer, mm, of the coarsest printers, which lay beads of concrete or weld metal.
 MOST_LEAST_WALL = 50.0
+#: Elements along the shortest edge of a cell, at least: two for its solid and two for its void.
+LEAST_ELEMENTS = 4
+
+
+def grid_problems(lattice: CellsSpec, run: RunSpec) -> Iterator[Problem]:
+    """Find a stated grid of the explicit analysis in which cells cannot be told.
+
+    Yields
+    ------
+    Problem
+    """
+    stated, most = run.explicit_mesh_size, lattice.cell_size / LEAST_ELEMENTS
+    if stated is not None and stated > most:
+        yield Problem(
+            key=("run", "explicit_mesh_size"),
+            message=f"found {stated:g} mm for cells of {lattice.cell_size:g} mm, whose walls such "
+            f"elements step over; expected {most:.3g} mm at most",
+        )
 
 
 def feather_problems(spec: PrintSpec | None) -> Iterator[Problem]:
@@ -34,17 +53,24 @@ def wall_problems(lattice: CellsSpec, spec: PrintSpec | None) -> Iterator[Proble
     ------
     Problem
     """
-    least = None if spec is None else spec.min_wall
-    if least is None:
+    if spec is None:
+        return
+    for key, what in (
+        ("min_wall", "thinnest wall that the printer makes"),
+        ("layer_height", "height of a layer"),
+        ("pixel_size", "resolution within a layer"),
+    ):
+        value = getattr(spec, key)
+        if value is not None and value > MOST_LEAST_WALL:
+            yield Problem(
+                key=("print", key),
+                message=f"found {value:g} mm; expected the {what}, {MOST_LEAST_WALL:g} mm at most; "
+                f"is its unit right?",
+            )
+    least = spec.min_wall
+    if least is None or least > MOST_LEAST_WALL:
         return
     size, wall = lattice.cell_size, lattice.wall
-    if least > MOST_LEAST_WALL:
-        yield Problem(
-            key=("print", "min_wall"),
-            message=f"found {least:g} mm; expected the thinnest wall that the printer makes, "
-            f"{MOST_LEAST_WALL:g} mm at most; is its unit right?",
-        )
-        return
     if size < 2 * least:
         yield Problem(
             key=("lattice", "size"),

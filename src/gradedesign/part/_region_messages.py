@@ -21,12 +21,15 @@ def check_assertions(
     """Compare with ``count`` and ``area``."""
     if spec.count is not None and len(used) != spec.count:
         raise CaseError(
-            f"region.{name}: count = {spec.count}, but {len(used)} faces fit:{listing(part, used)}"
+            f"region.{name}.count: found {spec.count}, but the other keys fit "
+            f"{len(used)} {'face' if len(used) == 1 else 'faces'}; expected that, or keys that "
+            f"tell them apart:{listing(part, used)}"
         )
     if spec.area is not None and abs(area - spec.area) > spec.area_tolerance * spec.area:
         raise CaseError(
-            f"region.{name}: area = {spec.area:.4g} mm^2 within {100 * spec.area_tolerance:g} %, "
-            f"but the faces that fit have {area:.4g} mm^2:{listing(part, used)}"
+            f"region.{name}.area: found {spec.area:.4g} mm^2, within "
+            f"{100 * spec.area_tolerance:g} %, but the faces that fit have {area:.4g} mm^2; "
+            f"expected that, or other faces:{listing(part, used)}"
         )
 
 
