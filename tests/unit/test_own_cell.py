@@ -9,7 +9,7 @@ import pytest
 from gradedesign.case.read_case import load_case
 from gradedesign.case.read_generate import load_generate_case
 from gradedesign.cell.calibration import calibrate
-from gradedesign.errors import CaseError, GradeDesignError, PluginError
+from gradedesign.errors import CaseError, GradeDesignError
 from gradedesign.generate.generate import generate
 from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve.own_cell import with_own_cell
@@ -140,9 +140,8 @@ def test_voxels_that_are_not_periodic_are_refused(tmp_path):
     np.save(
         tmp_path / "cell.npy", np.indices((16, 16, 16))[1] < 4 + np.indices((16, 16, 16))[0] // 2
     )
-    mine = family(tmp_path, 'maker = "voxels"\nfile = "cell.npy"')
-    with pytest.raises(PluginError, match="along x"):
-        mine.shape(np.zeros((3, 1)))
+    with pytest.raises(CaseError, match=r"case\.toml:\d+: lattice\.own_cell: .*along x"):
+        family(tmp_path, 'maker = "voxels"\nfile = "cell.npy"')
 
 
 def test_the_name_of_an_installed_cell_is_refused(tmp_path):

@@ -276,7 +276,7 @@ def test_impossible_directions_are_refused(tmp_path, text, words):
             'region "cieling" is not defined',
         ),
         (f'size = "8 mm"\ngrading = "ratio"\n{RAMP}', "goes with a range"),
-        (f'size = ["8 mm", "10 mm"]\ngrading = "size"\n{RAMP}', "wall: is needed"),
+        (f'size = ["8 mm", "10 mm"]\ngrading = "size"\n{RAMP}', "wall: missing; .*add wall"),
         ('size = ["8 mm", "10 mm"]\ngrading = "ratio"\ndensity = 0.3\n', "needs .*density_map"),
         ('size = ["10 mm", "8 mm"]\ndensity = 0.3\n', "smallest size first"),
         ('size = "8 mm"\ndensity = 0.3\n[lattice.cell_map]\nkind = "conical"\n', "cylindrical"),

@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from gradedesign.case.direction import Direction
-from gradedesign.case.suggest import listed
+from gradedesign.case.suggest import listed, shown
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import (
     Choice,
@@ -73,6 +73,10 @@ class CellMapSpec(Table):
         for key in _ALL:
             if key in self.model_fields_set and key not in (*needed, *allowed):
                 raise key_error(key, f"has no meaning with the {self.kind} map")
+        if self.surface is not None and self.surface == self.opposite:
+            raise key_error(
+                "opposite", f"found {shown(self.opposite)}, which is surface too; expected another"
+            )
         if self.kind == "spherical" and (self.around or 0) % 2:
             raise key_error("around", f"found {self.around}; expected an even number")
         return self

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import ValidationInfo, WithJsonSchema, field_validator, model_validator
 
@@ -63,6 +63,8 @@ class FormulaText(Reader):
 
 class DensityMapSpec(Table):
     """Relative density from outside: exactly one source."""
+
+    example: ClassVar[str] = '{formula = "0.1 + 0.4 * x / 100"}'
 
     formula: Annotated[str | None, FormulaText()] = None
     """In x, y, z and d, the depth below the part's surface, all in mm."""

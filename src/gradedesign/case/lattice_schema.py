@@ -84,9 +84,14 @@ class DensityRange(Reader):
     def read(self, value: object) -> tuple[float, float]:
         """Convert ``[0.10, 0.65]``."""
         if not isinstance(value, list) or len(value) != 2:
+            digits = value if isinstance(value, list) and len(value) == 4 else ()
+            example = "such as [0.10, 0.65]"
+            if digits and all(isinstance(d, int) and d >= 0 for d in digits):
+                a, b, c, d = digits
+                example += f"; with decimal points: [{a}.{b}, {c}.{d}]"
             raise Refused(
                 f"found {shown(value)}; expected the lowest and the highest relative density "
-                "such as [0.10, 0.65]"
+                f"{example}"
             )
         low, high = (Number(above=0.0, below=1.0).read(v) for v in value)
         if low > high:
@@ -223,7 +228,13 @@ class CellsSpec(Table):
             )
             raise key_error("size", f'grading = "{self.grading}" goes with {wanted}')
         if (self.wall is None) == (self.grading == "size"):
-            raise key_error("wall", 'is needed with grading = "size", and has no meaning without')
+            raise key_error(
+                "wall",
+                'missing; grading = "size" keeps one wall thickness: add wall = "1 mm"'
+                if self.wall is None
+                else f'has no meaning with grading = "{self.grading}", where the wall follows the '
+                f'density; leave it out, or take grading = "size" with a range of sizes',
+            )
         for key in ("cell_map", "warp", "transition"):
             if self.graded_size and getattr(self, key, None):
                 raise key_error(key, f'does not go with grading = "{self.grading}"')

@@ -39,7 +39,7 @@ from gradedesign.case.schema import Case, CaseFile
 from gradedesign.case.suggest import instead
 from gradedesign.case.table import Table
 from gradedesign.case.toml_lines import Key, key_lines
-from gradedesign.case.toml_mistakes import mistake
+from gradedesign.case.toml_mistakes import mistake, unclosed
 from gradedesign.errors import CaseError
 
 log = logging.getLogger(__name__)
@@ -286,6 +286,11 @@ def _syntax_message(message: str, text: str, file: Path) -> str:
     shown_row = "".join(c if c.isprintable() else " " for c in rows[row - 1][start : start + 100])
     caret = " " * (column - 1 - start) + "^"
     reason = message[: match.start()]
+    begun = unclosed(rows, row - 1) + 1
+    if begun < row:
+        what = rows[begun - 1].strip()
+        hint = mistake(reason, rows, begun - 1) or "what opens there has no end"
+        return f"{file}:{begun}: not valid TOML: {reason}: {hint}\n    {what[:100]}"
     if hint := mistake(reason, rows, row - 1):
         reason = f"{reason}: {hint}"
     return f"{file}:{row}:{column}: not valid TOML: {reason}\n    {shown_row}\n    {caret}"

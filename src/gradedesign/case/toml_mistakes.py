@@ -19,6 +19,9 @@ _BARE = re.compile(
     r"[+-]?[0-9.]+\s*[A-Za-z%\u00b5\u00b0][^,#\[\]{}\"]*"
     r"|(?!true|false|inf|nan)[A-Za-z][^,#=\[\]{}\"]*"
 )
+_QUOTES = "\"'"
+#: Rows of a list, at most: one that a person typed.
+_MOST_ROWS = 60
 #: Longest line that is looked at, characters: one that a person typed.
 _LONGEST = 400
 
@@ -37,15 +40,27 @@ def mistake(message: str, rows: Sequence[str], row: int) -> str:
     line = rows[row]
     if len(line) > _LONGEST:
         return ""
+    if line.lstrip().startswith("//"):
+        return "a remark begins with #"
     if "overwrite" in message or "twice" in message or "mutate" in message:
         return _twice(rows, row)
     if line.translate(_CURLY) != line:
         return f"these quotes are none of a keyboard; write {line.translate(_CURLY).strip()}"
     body = re.split(r"(?:^|\s+)#", line)[0]
+    if assigned := re.search(rf"(?:^|[{{,])\s*({_KEY})\s*:?\s+(?=[\"'0-9\[{{])", body):
+        return f"a value follows a key after =; write {assigned[1]} = ..."
     entry = _ENTRY.fullmatch(body.rstrip())
     if entry is None:
         return ""
     key, value = entry[1], entry[2].strip()
+    if value.endswith(";"):
+        return f"no ; ends a line; write {key} = {value.rstrip(';').rstrip()}"
+    if "\\" in value and ("Unescaped" in message or "escape" in message):
+        return f"a backslash stands in single quotes; write {key} = '{value.strip(_QUOTES)}'"
+    if value.lower() in ("true", "false"):
+        return f"write {key} = {value.lower()}"
+    if len(value) > 1 and {value[0], value[-1]} == set(_QUOTES):
+        return f"the two quotes differ; write {key} = \"{value[1:-1]}\""
     if value.count('"') % 2 == 1:
         closed = f'"{value}' if not value.startswith('"') and value.endswith('"') else f'{value}"'
         if value[:1] in ("[", "{"):
@@ -55,9 +70,37 @@ def mistake(message: str, rows: Sequence[str], row: int) -> str:
         return f"{key} has no value"
     if _BARE.fullmatch(value):
         return f'texts and values with a unit stand in quotes; write {key} = "{value.strip()}"'
-    if value[:1] in ("[", "{") and (bare := _bare_entry(value)):
-        return f'texts and values with a unit stand in quotes; write "{bare}"'
+    parts = [part.strip() for part in value.split(",")]
+    if len(parts) > 1 and all(_BARE.fullmatch(part) for part in parts):
+        listed = ", ".join(f'"{part}"' for part in parts)
+        return f"a list stands in brackets, values with a unit in quotes; write {key} = [{listed}]"
+    if value[:1] in ("[", "{"):
+        if bare := _bare_entry(value):
+            return f'texts and values with a unit stand in quotes; write "{bare}"'
+        if apart := re.search(r"([\w.\"]+)\s+([\w.\"]+)", re.sub(r'"[^"]*"', '""', value)):
+            return f"entries stand apart by commas; write {apart[1]}, {apart[2]}"
+        if any(value.count(a) != value.count(b) for a, b in ("[]", "{}")):
+            return f"the brackets of {key} do not match: as many ] as [ and as many }} as {{"
     return ""
+
+
+def unclosed(rows: Sequence[str], row: int) -> int:
+    """The row of a list, table or text that is left open before this one; the same without one.
+
+    A parser reads on to the end of the file, or to a row that cannot go on with it.
+    """
+    last = min(row, len(rows))
+    for start in range(last - 1, max(last - _MOST_ROWS, 0) - 1, -1):
+        entry = _ENTRY.fullmatch(rows[start])
+        if entry is None:
+            if _HEADER.fullmatch(rows[start].rstrip()):
+                return row
+            continue
+        outside = re.sub(r'"[^"\n]*"', '""', "\n".join([entry[2], *rows[start + 1 : row]]))
+        opened = any(outside.count(a) > outside.count(b) for a, b in ("[]", "{}"))
+        if opened or outside.split("\n")[0].count("'") % 2 == 1:
+            return start
+    return row
 
 
 def _bare_entry(value: str) -> str:

@@ -449,7 +449,8 @@ def _end(error: Exception, *, debug: bool) -> NoReturn:
         _fail(str(error), error.exit_code, debug=debug)
     if isinstance(error, MemoryError):
         _fail(
-            "out of memory; choose a coarser part.mesh_size or a smaller run.elements_per_wall",
+            "out of memory; take larger cells ([lattice] size), a coarser [part] mesh_size or "
+            "fewer [run] elements_per_wall",
             ResourceError.exit_code,
             debug=debug,
         )

@@ -31,7 +31,7 @@ from gradedesign.lattice.solid_layers import solid_layers
 from gradedesign.lattice.trim import contour_grid
 from gradedesign.layout.design_domain import design_domain
 from gradedesign.layout.drains import drain_warnings, drained
-from gradedesign.layout.part_room import require_lattice_left
+from gradedesign.layout.part_room import require_cells_fit, require_lattice_left
 from gradedesign.layout.placed_map import lattice_points
 from gradedesign.layout.skin_room import require_no_stress, require_struts, skin_warnings
 from gradedesign.loop.announce import Announcer
@@ -153,6 +153,7 @@ def _generate(
         part = read_part(case, part_readers(case, registry), mend)
     require_fits(case, part.surface)
     require_voxels_fit(case, part.surface)
+    require_cells_fit(case, part)
     with announce.stage("density"):
         cells = stated_cells(case, registry)
         design, built, report = stated_design(case, part, cells, density)

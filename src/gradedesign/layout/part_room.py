@@ -15,6 +15,7 @@ from gradedesign.errors import CaseError, ResourceError
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.layout.placed_map import REPORT_POINTS
 from gradedesign.part.part import Part
+from gradedesign.part.raw_triangles import UNIT_MM
 
 #: Longest edge of a part, mm, outside which its unit is questioned.
 USUAL_EDGE = (1.0, 1e4)
@@ -22,6 +23,9 @@ USUAL_EDGE = (1.0, 1e4)
 _ROUNDING = 1e-6
 #: Bytes for each node of the density grid, with what its smoothing holds at a time.
 _BYTES_PER_NODE = 64.0
+#: Cells along a part, from its thinnest bar to the finest foam that is designed: where another unit
+#: of the part is offered.
+_USUAL_CELLS = (2.0, 300.0)
 #: Nodes of the density grid along a cell.
 _NODES_PER_CELL = 4
 
@@ -51,8 +55,10 @@ def inner_points(domain: DesignDomain) -> FloatArray:
     return volume_points(domain.distance, domain.lower, domain.upper, REPORT_POINTS)
 
 
-def require_cells_fit(case: Case, part: Part) -> None:
+def require_cells_fit(case: Case | GenerateCase, part: Part) -> None:
     """Refuse cells longer than the whole part, or too many for a grid of densities.
+
+    The unit of the part is asked for where another one makes its cells fit.
 
     Raises
     ------
@@ -66,17 +72,36 @@ def require_cells_fit(case: Case, part: Part) -> None:
         raise CaseError(
             f"{where}: found cells of {case.lattice.size_words} in a part of "
             f"{' x '.join(f'{edge:.4g}' for edge in edges)} mm; expected a cell shorter than the "
-            f"part, {longest:.4g} mm at most; is its unit right?"
+            f"part, {longest:.4g} mm at most; is its unit right"
+            f"{_or_that_of_the_part(case, longest)}?"
         )
-    spacing = min(cell / _NODES_PER_CELL, case.part.element_size)
-    need = _BYTES_PER_NODE * float(np.prod(edges / spacing + 5.0))
+    need = _BYTES_PER_NODE * float(np.prod(edges / cell * _NODES_PER_CELL + 5.0))
     if need > case.run.memory:
         raise ResourceError(
             f"{where}: found cells of {case.lattice.size_words}, about "
             f"{part.volume / cell**3:.2g} in the part; a grid that resolves their densities takes "
             f"{need / 1e9:.2g} GB, expected at most the {case.run.memory / 1e9:.2g} GB of [run] "
-            f"memory; take larger cells; is their unit right?"
+            f"memory; take larger cells; is their unit right"
+            f"{_or_that_of_the_part(case, longest)}?"
         )
+
+
+def _or_that_of_the_part(case: Case | GenerateCase, longest: float) -> str:
+    """Units of the part's file in which it has some cells; empty where none has."""
+    units = case.part.units
+    if case.part.file is None or units is None:
+        return ""
+    # One name for each size: the first one.
+    named = {size: unit for unit, size in reversed(UNIT_MM.items())}
+    lengths = {unit: longest * size / UNIT_MM[units] for size, unit in named.items()}
+    low, high = (count * max(case.lattice.size) for count in _USUAL_CELLS)
+    fitting = [f'"{unit}" {long:.4g}' for unit, long in lengths.items() if low <= long <= high]
+    if not fitting:
+        return ""
+    return (
+        f', or [part] units = "{units}", in which the part is {longest:.4g} mm long '
+        f"(in {', in '.join(fitting)} mm)"
+    )
 
 
 def require_displacements_fit(case: Case, part: Part) -> None:

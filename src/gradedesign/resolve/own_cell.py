@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
 from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.case.locate import locating
 from gradedesign.case.schema import Case
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import make_cell
-from gradedesign.errors import CaseError
+from gradedesign.errors import CaseError, PluginError
 from gradedesign.plugin.registry import Registry, lookup
 
 
@@ -19,8 +22,10 @@ def with_own_cell(case: Case | GenerateCase, registry: Registry) -> Registry:
     Raises
     ------
     CaseError
-        For an unknown maker or option, a file of the wrong kind, the name of an installed cell, or
-        options that the maker refuses.
+        For an unknown maker or option, a file of the wrong kind, the name of an installed cell,
+        options that the maker refuses, or a shape that is no cell.
+    DensityError
+        If at no density the solid is one connected piece.
     PluginError
         If the maker breaks.
     """
@@ -37,6 +42,7 @@ def with_own_cell(case: Case | GenerateCase, registry: Registry) -> Registry:
         maker = lookup(registry, "cell_makers", own.maker)
     with locating(case, "lattice.own_cell"):
         family = make_cell(maker, name, own.options, own.file)
+        _require_usable(family, case.lattice.parameters)
     by = f"the case, through '{maker.name}' of {registry.sources['cell_makers'][maker.name]}"
     kinds = {kind: dict(names) for kind, names in registry.sources.items()}
     kinds["cell_families"][name] = by
@@ -45,3 +51,13 @@ def with_own_cell(case: Case | GenerateCase, registry: Registry) -> Registry:
         cell_families=MappingProxyType({**registry.cell_families, name: family}),
         sources=MappingProxyType({k: MappingProxyType(v) for k, v in kinds.items()}),
     )
+
+
+def _require_usable(family: CellFamily, stated: Mapping[str, float]) -> None:
+    """Calibrate the cell as it is used later, when parameters that it lacks are told by name."""
+    known = {name: value for name, value in stated.items() if name in family.parameters}
+    try:
+        calibrate(family, known)
+    except PluginError as error:
+        # Of a plugin's cell it is the plugin's mistake, of this one the case's.
+        raise CaseError(str(error)) from error

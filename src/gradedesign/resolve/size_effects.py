@@ -94,14 +94,20 @@ def median_thickness(case: Case, part: Part, layout: CellLayout) -> float:
 
 
 def periodic_warnings(case: Case, part: Part, layout: CellLayout, reason: str) -> tuple[str, ...]:
-    """Warning on walls of few cells that sizing takes for a periodic lattice.
+    """Warning on walls of few cells that sizing takes for a periodic lattice, or of less than one.
 
-    Nothing where the case switches it off, or half of the lattice has `FEW_CELLS` cells across.
+    Of few cells nothing where the case switches it off, or half of the lattice has `FEW_CELLS`
+    cells across.
     """
-    if not reason or not case.lattice.size_effects:
-        return ()
     median = median_thickness(case, part, layout)
-    if median >= FEW_CELLS * layout.least:
+    if median < layout.least:
+        return (
+            f"{case.where('lattice.size')}: half of the lattice lies where the part is no thicker "
+            f"than {median:.3g} mm, less than one cell of {layout.least:.3g} mm: cut walls and "
+            f"struts are left of it there, which hold little; expected cells of at most "
+            f"{median / 2:.3g} mm, two of them across, or a part that stays solid there ([[keep]])",
+        )
+    if not reason or not case.lattice.size_effects or median >= FEW_CELLS * layout.least:
         return ()
     return (
         f"half of the lattice lies where the part is no thicker than {median:.3g} mm, "
