@@ -221,7 +221,7 @@ WRONG = [
     # known, but not there yet
     ('cell = "gyroid-sheet"', 'cell = "a"\ngrading = "thick"', ['did you mean "thickness"']),
     ('size = "8 mm"', 'size = ["4 mm", "8 mm"]', ['grading = "level"', "goes with one length"]),
-    ('size = "8 mm"', 'size = "8 mm"\nwall = "1 mm"', ['is needed with grading = "size"']),
+    ('size = "8 mm"', 'size = "8 mm"\nwall = "1 mm"', ['take grading = "size"']),
     ('skin = {thickness = "1 mm"}', "skin = {net = true}", ["thickness: missing"]),
     (
         'min_wall = "0.8 mm"',

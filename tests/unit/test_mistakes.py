@@ -1,5 +1,7 @@
 """Mistakes in cases: each is told at its line and key, with its cause and a remedy."""
 
+import subprocess
+import sys
 from dataclasses import replace
 from datetime import date
 from typing import get_args, get_origin
@@ -158,6 +160,29 @@ def test_every_key_of_the_schema_is_told_at_its_line(layout, read, tmp_path):
         if not any(row.startswith(f"case.toml:{line}: {dotted}: ") for row in told):
             failing.append(f"{text}expected {line}: {dotted}\n" + "\n".join(told))
     assert not failing, f"{len(failing)} of {len(paths)}:\n" + "\n".join(failing[:5])
+
+
+@pytest.mark.parametrize(
+    ("command", "base"), [("check", CHECKED), ("run", CHECKED), ("generate", GENERATED)]
+)
+@pytest.mark.parametrize("mistake", ["cell = ", 'cells = "'])
+def test_a_mistake_in_the_text_loads_nothing(command, base, mistake, tmp_path):
+    """Neither plugins nor what they, solvers and fields are made of; seconds: benchmarks."""
+    (tmp_path / "case.toml").write_text(base.replace('cell = "', f"{mistake}"))
+    script = (
+        "import sys\n"
+        "from gradedesign.cli import main\n"
+        "try:\n"
+        f"    main(['{command}', '{tmp_path}'])\n"
+        "except SystemExit as ended:\n"
+        "    heavy = ('numba', 'scipy', 'pluggy', 'vtk', 'trimesh', 'skfem', 'pyamg', 'rich')\n"
+        "    print(ended.code, [name for name in heavy if name in sys.modules])\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, cwd=tmp_path, check=False
+    )
+    assert ended.stdout == "2 []\n", ended.stdout + ended.stderr
+    assert "case.toml:" in ended.stderr
 
 
 def test_no_word_is_guessed_from_nothing():

@@ -217,7 +217,7 @@ def test_a_map_that_folds_is_refused(tmp_path, registry):
             'opposite = "tpo"\n',
             'did you mean "top"',
         ),
-        ('size = "6 mm"\nwall = "1 mm"\n', 'is needed with grading = "size"'),
+        ('size = "6 mm"\nwall = "1 mm"\n', 'take grading = "size"'),
         (
             'size = ["4 mm", "8 mm"]\ngrading = "size"\nwall = "1 mm"\n[print]\n'
             'min_wall = "1.2 mm"\n',

@@ -89,9 +89,7 @@ class ShapeSpec(Table):
 
     file: Annotated[Path, WithJsonSchema({"type": "string"})] | None = None
     """File of the part, below the folder of the case; its absolute path once read."""
-    box: (
-        Annotated[Triple, Vector("length", '["60 mm", "20 mm", "20 mm"]')] | None
-    ) = None
+    box: Annotated[Triple, Vector("length", '["60 mm", "20 mm", "20 mm"]')] | None = None
     """Edge lengths in mm; the box occupies [0, a] x [0, b] x [0, c]."""
     units: Annotated[str, Choice(UNITS)] | None = None
     """Unit of the coordinates of the file; may be left out where its format carries one."""

@@ -120,9 +120,9 @@ class PrintSpec(Table):
     """Direction of the part that points upwards in the printer."""
     overhang_angle: Annotated[float, Quantity("angle", above=0.0, at_most=90.0)] = 45.0
     """Facets inclined to the plate by less overhang, degrees."""
-    build_volume: (
-        Annotated[Triple, Vector("length", '["250 mm", "250 mm", "300 mm"]')] | None
-    ) = None
+    build_volume: Annotated[Triple, Vector("length", '["250 mm", "250 mm", "300 mm"]')] | None = (
+        None
+    )
     """Room of the printer along its x, y and upwards, mm."""
     as_built_offset: Annotated[Offsets, _Offsets()] | None = None
     """Growth of the printed surface, mm, by its inclination: 0 deg looks down at the plate, 90 deg

@@ -109,7 +109,7 @@ def parse_quantity(text: object, dimension: str) -> float:
 
 
 def _as_typed(text: str) -> tuple[str, ...]:
-    """What a quantity with other signs, blanks or commas may mean, in those of the keyboard.
+    """Readings of a quantity with other signs, blanks or commas, in those of the keyboard.
 
     One comma before three digits parts thousands or decimals: which, only the user knows.
 

@@ -5,6 +5,7 @@ Above 300 lines: the checks across tables read like the one list that they are.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import logging
@@ -123,6 +124,40 @@ def load_case(
     for warning in case.warnings:
         log.warning("%s", warning)
     return case
+
+
+class _KindsAskedFor(Exception):  # noqa: N818  control flow of `require_text`, never seen outside
+    """The text names a limit that only what is installed knows."""
+
+
+def require_text(
+    path: str | Path,
+    layout: type[Table],
+    across: Callable[[Any], Iterable[Problem]],
+    *,
+    allow_outside: bool,
+) -> None:
+    """Refuse a case for what its text alone shows, before plugins and solvers are loaded.
+
+    Nothing is refused here where the text names a limit that is not the core's: those who load
+    the plugins read it again.
+
+    Parameters
+    ----------
+    path, layout, across, allow_outside
+        As of `read_layout`.
+
+    Raises
+    ------
+    CaseError
+        With every problem.
+    """
+
+    def ask() -> Mapping[str, type[LimitEntry]]:
+        raise _KindsAskedFor
+
+    with contextlib.suppress(_KindsAskedFor):
+        read_layout(path, layout, allow_outside=allow_outside, across=across, entries=ask)
 
 
 def read_layout(

@@ -50,7 +50,7 @@ def load_generate_case(
         With every problem: file, line, key, what was found, what would be right.
     """
     content, file, lines = read_layout(
-        path, GenerateFile, allow_outside=allow_outside, across=_problems, entries=entries
+        path, GenerateFile, allow_outside=allow_outside, across=generate_problems, entries=entries
     )
     return GenerateCase(
         name=content.case.name,
@@ -87,7 +87,7 @@ def _map_files(content: GenerateFile) -> tuple[Path, ...]:
     return (*(p for p in (spec.voxels, spec.points, spec.vtu) if p is not None), *turned)
 
 
-def _problems(file: GenerateFile) -> Iterator[Problem]:
+def generate_problems(file: GenerateFile) -> Iterator[Problem]:
     """Contradictions between different tables."""
     orientation = file.lattice.orientation
     if orientation is not None and orientation.load_case is not None:

@@ -60,7 +60,7 @@ def mistake(message: str, rows: Sequence[str], row: int) -> str:
     if value.lower() in ("true", "false"):
         return f"write {key} = {value.lower()}"
     if len(value) > 1 and {value[0], value[-1]} == set(_QUOTES):
-        return f"the two quotes differ; write {key} = \"{value[1:-1]}\""
+        return f'the two quotes differ; write {key} = "{value[1:-1]}"'
     if value.count('"') % 2 == 1:
         closed = f'"{value}' if not value.startswith('"') and value.endswith('"') else f'{value}"'
         if value[:1] in ("[", "{"):

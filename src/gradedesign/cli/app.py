@@ -20,6 +20,7 @@ from typer.core import TyperGroup
 
 from gradedesign.cli.interrupt import Interruption
 from gradedesign.cli.loading import loading_lines
+from gradedesign.cli.read_first import require_case_text, require_generate_text
 from gradedesign.errors import GradeDesignError, Interrupted, PluginError, ResourceError
 
 #: Errors keep their traceback.
@@ -115,6 +116,7 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Run the whole loop: the lightest lattice found whose analysis meets the limits."""
+    require_case_text(case, allow_outside=allow_outside)
     with loading_lines(err=as_json) as on_loaded:
         from gradedesign.cli.run import run as command
 
@@ -178,6 +180,7 @@ def check(
     as_json: Json = False,
 ) -> None:
     """Dry run in seconds: regions, holes, loads, cell sizes, predicted memory and time."""
+    require_case_text(case, allow_outside=allow_outside)
     from gradedesign.cli.check import check as command
 
     code = command(
@@ -204,6 +207,7 @@ def generate(
     as_json: Json = False,
 ) -> None:
     """Make the lattice alone, from a stated density or density map, without analysis."""
+    require_generate_text(case, allow_outside=allow_outside)
     with loading_lines(err=as_json) as on_loaded:
         from gradedesign.cli.generate import generate as command
 
