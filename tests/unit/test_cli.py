@@ -440,6 +440,8 @@ def test_loading_that_takes_long_is_told(cli, monkeypatch, options):
         return 0
 
     monkeypatch.setattr(run_module, "run", command)
+    # The text is read before anything is loaded.
+    monkeypatch.setattr("gradedesign.cli.app.require_case_text", lambda *_, **__: None)
     ended = cli("run", "case", *options)
     told, silent = (ended.err, ended.out) if options else (ended.out, ended.err)
     lines = told.splitlines()
