@@ -1,7 +1,7 @@
 """Assembly and multigrid on a solid box and on a gyroid block, beside the targets.
 
     python benchmarks/bench_fe.py                  # box of 1.08 M unknowns
-    python benchmarks/bench_fe.py gyroid           # stuffed gyroid sheet, 2 x 2 x 2 cells
+    python benchmarks/bench_fe.py gyroid           # gyroid sheet by fTetWild, 2 x 2 x 2 cells
     python benchmarks/bench_fe.py gyroid 3 18      # 3 x 3 x 3 cells, 18 elements a cell
     python benchmarks/bench_fe.py peer             # beside scikit-fem and pypardiso, 107 k unknowns
 
@@ -28,7 +28,8 @@ from gradedesign.fe.solve import predict_memory_bytes, solve_elastic
 from gradedesign.fe.space import TetSpace, skfem_mesh, tet_space
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.supports import Supports
-from gradedesign.mesh.stuffing import stuff
+from gradedesign.lattice.surface import extract_surface
+from gradedesign.mesh.meshed_surface import tetrahedralize
 from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
 
 
@@ -54,7 +55,9 @@ def gyroid_mesh(cells: int, cubes: int = 16) -> TetMesh:
         return np.maximum(np.minimum((np.abs(f) - 0.32) / 7.0, plates), block)
 
     h = 1.0 / cubes
-    return stuff(field, np.full(3, -2 * h), (cells * cubes + 4,) * 3, h)
+    surface = extract_surface(field, np.zeros(3), np.full(3, float(cells)), h)
+    limits = {"time_limit_s": 3600.0, "memory_limit_bytes": 12 << 30}
+    return tetrahedralize(surface, edge_length=h, epsilon=0.05 * h, **limits).mesh
 
 
 def contrast(mesh: TetMesh, ratio: float) -> np.ndarray:

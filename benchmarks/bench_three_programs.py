@@ -1,12 +1,11 @@
-"""One block by finite cells, by our tetrahedra, and by CalculiX on a mesh of its surface.
+"""One block by finite cells, and by tetrahedra of its surface in our solver and in CalculiX.
 
 ``python benchmarks/bench_three_programs.py [cell density cells]``, 3x3x3 gyroid sheets of density
-0.3 by default, pressed between plates of an eighth. Tetrahedra take the field at two spacings and
-finite cells at three; CalculiX takes quadratic tetrahedra with which fTetWild fills one fine
-contour, of two sizes, and solves them itself. Each program's works are extrapolated as acceptance
-does. Tetrahedra of fTetWild are finer than asked where its envelope is narrow, so their size is the
-edge of the cube that five of them fill on average. Without ``ccx`` it says so and compares the
-other two.
+0.3 by default, pressed between plates of an eighth. Finite cells take the field at three spacings;
+both others take quadratic tetrahedra with which fTetWild fills one fine contour, of two sizes, and
+solve them themselves. Each program's works are extrapolated as acceptance does. Tetrahedra of
+fTetWild are finer than asked where its envelope is narrow, so their size is the edge of the cube
+that five of them fill on average. Without ``ccx`` it says so and compares the other two.
 """
 
 import shutil
@@ -21,14 +20,12 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "verification"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "cases"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
-#: Spacing of the contour that CalculiX' tetrahedra fill, over a cell, and the distance within which
+#: Spacing of the contour that tetrahedra fill, over a cell, and the distance within which
 #: its triangles are made fewer: the sheets are 1/10 thick.
 CONTOUR, CHORD = 0.0125, 2e-3
 #: Edges that fTetWild is asked for, over a cell, and the distances within which it follows the
 #: contour, which decide on the size of most tetrahedra.
 EDGES = ((0.2, 1e-2), (0.1, 4e-3))
-#: Spacing of our tetrahedra's grid over a cell.
-GRIDS = (0.07, 0.05)
 #: Bricks along a cell, in one ratio as nearly as whole bricks of the block allow.
 BRICKS = (43 / 3, 60 / 3, 84 / 3)
 #: Tetrahedra in a cube, for their size.
@@ -57,16 +54,19 @@ def model_of(solid, mesh, tolerance):
     return space, stiffness, load_vector(space, press, stiffness, density, 0.0)
 
 
-def by_tetrahedra(solid, high, h):
-    """Size, work by stuffed tetrahedra on a grid of ``h``, N mm, unknowns and volume."""
+def by_tetrahedra(solid, mesh, edge):
+    """Size, work by our own solver on tetrahedra, N mm, unknowns and volume."""
     from gradedesign.fe.solve import solve_elastic
-    from gradedesign.mesh.stuffing import stuff
 
-    mesh = stuff(solid.field, (0, 0, 0), tuple(round(x / h) for x in high), h)
-    space, stiffness, vector = model_of(solid, mesh, 0.01 * h)
+    space, stiffness, vector = model_of(solid, mesh, 0.1 * edge)
     (solution,) = solve_elastic(space, stiffness, [vector])
     work = float((vector.force * solution.displacement).sum())
-    return h, work, 3 * space.nodes.shape[1], volume_of(mesh)
+    return size_of(mesh), work, 3 * space.nodes.shape[1], volume_of(mesh)
+
+
+def size_of(mesh):
+    """Edge of the cube that `IN_A_CUBE` tetrahedra fill on average."""
+    return (IN_A_CUBE * volume_of(mesh) / mesh.tets.shape[1]) ** (1 / 3)
 
 
 def volume_of(mesh):
@@ -77,22 +77,27 @@ def volume_of(mesh):
 
 
 def contour_of(solid, high):
-    """The surface that CalculiX' tetrahedra fill."""
+    """The surface that tetrahedra fill."""
     from gradedesign.lattice.surface import extract_surface
     from gradedesign.mesh.chord_tolerance import within_chord
 
     return within_chord(extract_surface(solid.field, (0, 0, 0), high, CONTOUR), CHORD)
 
 
-def by_calculix(solid, surface, edge, envelope):
-    """Size, work by CalculiX on fTetWild's tetrahedra of a surface, N mm, unknowns and volume."""
-    from test_calculix_decks import displacements
-
+def mesh_of(surface, edge, envelope):
+    """FTetWild's tetrahedra of a surface."""
     from gradedesign.mesh.meshed_surface import tetrahedralize
-    from gradedesign.output.calculix import Deck, DeckStep, write_calculix
 
     limits = {"time_limit_s": 3600, "memory_limit_bytes": 12 << 30}
-    mesh = tetrahedralize(surface, edge_length=edge, epsilon=envelope, **limits).mesh
+    return tetrahedralize(surface, edge_length=edge, epsilon=envelope, **limits).mesh
+
+
+def by_calculix(solid, mesh, edge):
+    """Size, work by CalculiX on tetrahedra, N mm, unknowns and volume."""
+    from test_calculix_decks import displacements
+
+    from gradedesign.output.calculix import Deck, DeckStep, write_calculix
+
     space, stiffness, vector = model_of(solid, mesh, 0.1 * edge)
     step = DeckStep(name="press", supports=vector.supports, force=vector.force, displacement=0.0)
     with tempfile.TemporaryDirectory() as folder:
@@ -102,9 +107,8 @@ def by_calculix(solid, surface, edge, envelope):
         words = path.read_text().replace("*STATIC", "*STATIC, SOLVER=ITERATIVE CHOLESKY")
         path.write_text(words)
         (moved,) = displacements(path)
-    size = (IN_A_CUBE * volume_of(mesh) / mesh.tets.shape[1]) ** (1 / 3)
     work = float((vector.force * moved.T).sum())
-    return size, work, 3 * space.nodes.shape[1], volume_of(mesh)
+    return size_of(mesh), work, 3 * space.nodes.shape[1], volume_of(mesh)
 
 
 def by_finite_cells(solid, per_cell):
@@ -121,13 +125,15 @@ def compare(name, rho, cells):
     _, solid, _ = block_of(name, rho, cells)
     high, limits = tuple(map(float, cells)), {}
     print(f"{name} {rho:g}, {'x'.join(map(str, cells))}: work of the load, N mm")
+    surface = contour_of(solid, high)
+    meshes = [(mesh_of(surface, edge, envelope), edge) for edge, envelope in EDGES]
+    began = time.perf_counter()
     if shutil.which("ccx") is None:
         print("  CalculiX is not compared: no program ccx")
     else:
-        began, surface = time.perf_counter(), contour_of(solid, high)
-        report("CalculiX", [by_calculix(solid, surface, *e) for e in EDGES], limits, began)
+        report("CalculiX", [by_calculix(solid, *one) for one in meshes], limits, began)
     began = time.perf_counter()
-    report("tetrahedra", [by_tetrahedra(solid, high, h) for h in GRIDS], limits, began)
+    report("tetrahedra", [by_tetrahedra(solid, *one) for one in meshes], limits, began)
     began = time.perf_counter()
     solved = [by_finite_cells(solid, n) for n in BRICKS]
     rows = [(r.spacing, r.work["press"], r.unknowns, r.volume) for r in solved]

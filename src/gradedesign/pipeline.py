@@ -254,16 +254,16 @@ def shown_design(
             write_printed(out, setup.problem.case, setup.problem.part.surface, accepted.surface)
         out.read_bytes(STL_NAME)
         design, analysed, surface = accepted.iteration, accepted.analysed, accepted.surface
-        rows: tuple[LimitRow, ...] = ()
+        rows, remeshed = tuple[LimitRow, ...](), accepted.acceptance.whole
     else:
-        design = best_iteration(iterations)
+        design, remeshed = best_iteration(iterations), None
         with announce.stage("explicit"):
             analysed = analyse_design(setup, design.rho, on_event=announce.listener)
             surface, _, _ = export_surface(setup, out, analysed)
             rows = best_rows(setup.problem, design, analysed, announce.listener)
         announce.limits("explicit", rows)
     with announce.stage("printed"):
-        return shown_of(setup.problem, design.rho, analysed, surface, rows)
+        return shown_of(setup.problem, design.rho, analysed, surface, rows, remeshed)
 
 
 def judge(

@@ -70,8 +70,7 @@ def values_on_tetrahedra(case, stl, edge, time_limit_s=3600.0):
     found = []
     for size, tets in ((edge, mesh), (0.5 * edge, halved(mesh))):
         division = Discretisation(
-            made_by="pytetwild", mesh_size=size, surface_size=size, surface_tets=0.0, unknowns=0,
-            requested=size,
+            made_by="pytetwild", mesh_size=size, unknowns=0, requested=size,
         )  # fmt: skip
         solved = solve_tets(tets, solid, division, 2.0 * ENVELOPE)
         found.append((size, {row.key: row.value for row in limit_rows(limits, solved, "tets")}))

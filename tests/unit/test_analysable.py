@@ -1,7 +1,6 @@
 """The least density that the memory of a case can analyse."""
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,13 +13,12 @@ from gradedesign.errors import ResourceError
 from gradedesign.layout.design_domain import design_domain
 from gradedesign.part.part import read_part
 from gradedesign.plugin.registry import build_registry, lookup
-from gradedesign.resolve.analysable import analysable_bounds, chosen_analysis, grid_spacing
+from gradedesign.resolve.analysable import analysable_bounds, grid_spacing
 from gradedesign.resolve.least_density import Need, Needs
 from gradedesign.resolve.planned_solid import PlannedPart, planned_solid
 from gradedesign.resolve.setup import prepare
 from gradedesign.verify.analysis import PlannedSolid
 from gradedesign.verify.finite_cells import FINITE_CELLS
-from gradedesign.verify.tets import STUFFED_TETS
 from gradedesign.verify.whole_resolution import (
     first_spacing,
     judged_seconds,
@@ -72,7 +70,7 @@ def bounds_of(tmp_path):
         path.write_text(CASE + more, encoding="utf-8")
         case = load_case(path)
         found = analysable_bounds(
-            case, bcc(), bounds, 10.0, STUFFED_TETS, part=PLANNED, domain=domain_of(case)
+            case, bcc(), bounds, 10.0, FINITE_CELLS, part=PLANNED, domain=domain_of(case)
         )
         return case, found
 
@@ -106,7 +104,7 @@ def test_the_lower_density_rises_to_what_acceptance_can_judge_in_time(bounds_of)
     # The finer of two resolutions takes a sixth of the time there.
     mean = found.bounds[0] + (0.8 - found.bounds[0]) / 3
     planned = planned_solid(PLANNED, mean, cell_surface(bcc(), mean, 10.0))
-    first = first_spacing(STUFFED_TETS, found.spacing, bcc(), found.bounds[0])
+    first = first_spacing(FINITE_CELLS, found.spacing, bcc())
     _, finer = whole_estimates(planned, first)
     assert seconds(finer) == pytest.approx(case.run.time / 6, rel=0.05)
 
@@ -137,67 +135,8 @@ def test_a_block_that_never_fits_names_what_would(bounds_of):
 
 def test_layers_need_fewer_cubes_than_struts(bounds_of):
     case, _ = bounds_of('skin = {thickness = "1 mm"}\n[run]\nmemory = "900 GB"\n')
-    assert grid_spacing(domain_of(case), 1.0, 2.5, STUFFED_TETS) == pytest.approx(0.4)
-    assert grid_spacing(domain_of(case), 9.0, 2.5, STUFFED_TETS) == pytest.approx(0.8)
-
-
-def chosen_of(case, cell, low=0.05):
-    """Analysis that `auto` takes for a block of a cell."""
-    return chosen_analysis(
-        [
-            analysable_bounds(
-                case, cell, (low, 0.8), 10.0, analysis, part=PLANNED, domain=domain_of(case)
-            )
-            for analysis in (STUFFED_TETS, FINITE_CELLS)
-        ]
-    )
-
-
-def test_the_analysis_that_lets_density_fall_lowest_is_taken(bounds_of):
-    sheet = calibrate(lookup(build_registry(), "cell_families", "gyroid-sheet"))
-    words = (
-        r"finite-cells, which hold densities down to ([\d.]+) within the budgets; tets: ([\d.]+)"
-    )
-    case, _ = bounds_of('[run]\nmemory = "4 GB"\n')
-    for cell in (sheet, bcc()):
-        chosen = chosen_of(case, cell)
-        assert chosen.analysis.name == "finite-cells"
-        low, high = map(float, re.search(words, chosen.warnings[0]).groups())
-        assert chosen.bounds[0] == pytest.approx(low, rel=5e-3)
-        assert low < high
-    case, _ = bounds_of('[run]\nmemory = "900 GB"\ntime = "1000 h"\n')
-    assert chosen_of(case, sheet, low=0.3).analysis.name == "tets"
-
-
-@pytest.mark.parametrize(
-    ("other", "name"), [(0.10, "finite-cells"), (0.136, "tets"), (0.15, "tets")]
-)
-def test_tetrahedra_are_taken_where_finite_cells_gain_nothing(bounds_of, other, name):
-    case, _ = bounds_of('[run]\nmemory = "4 GB"\n')
-    tets = replace(_of_struts(case, STUFFED_TETS), bounds=(0.136, 0.8))
-    cells = replace(_of_struts(case, FINITE_CELLS), bounds=(other, 0.8))
-    found = chosen_analysis([tets, cells])
-    assert found.analysis.name == name
-    assert any("finite-cells" in words for words in found.warnings) == (name == "finite-cells")
-
-
-def _of_struts(case, analysis):
-    """Bounds of the block's struts for an analysis."""
-    return analysable_bounds(
-        case, bcc(), (0.3, 0.8), 10.0, analysis, part=PLANNED, domain=domain_of(case)
-    )
-
-
-def test_the_least_density_takes_the_elements_that_its_own_walls_want(bounds_of):
-    # The octet wants 2.25 elements at 0.05, 2 from 0.1 to 0.5, and 2.5 to 3.5 above.
-    octet = calibrate(lookup(build_registry(), "cell_families", "octet"))
-    case, _ = bounds_of('[run]\nmemory = "5 GB"\n')
-    found = analysable_bounds(
-        case, octet, (0.05, 0.8), 10.0, STUFFED_TETS, part=PLANNED, domain=domain_of(case)
-    )
-    low, per_wall = found.bounds[0], found.elements_per_wall
-    assert per_wall == STUFFED_TETS.elements_per_wall(octet, low) == 2.0
-    assert 0.3 < low < 0.5
+    assert grid_spacing(domain_of(case), 1.0, 2.5, FINITE_CELLS) == pytest.approx(0.4)
+    assert grid_spacing(domain_of(case), 9.0, 2.5, FINITE_CELLS) == pytest.approx(1 / 0.7)
 
 
 def needs_of(*rows):
@@ -216,23 +155,6 @@ def test_a_density_fits_where_memory_and_time_hold_its_run():
     # None can be judged by a finer one: those that are iterated in time, else those in memory.
     assert needs_of(*rows[:2], (7, 9, 500, 2701)).fits.tolist() == [False, True, False]
     assert needs_of(rows[0], (7, 9, 500, 2701)).fits.tolist() == [False, True]
-
-
-def test_finite_cells_are_taken_where_no_tetrahedra_fit(bounds_of):
-    def chosen(words):
-        return chosen_of(bounds_of(words)[0], bcc())
-
-    roomy = chosen('[run]\nmemory = "900 GB"\ntime = "1000 h"\n')
-    assert (roomy.analysis.name, roomy.warnings) == ("tets", ())
-    tight = chosen('[run]\nmemory = "4 GB"\n')
-    assert tight.analysis.name == "finite-cells"
-    assert tight.warnings[1].startswith("lower density raised from 0.05")
-    least = chosen('[run]\nmemory = "1 GB"\n')
-    assert least.analysis.name == "finite-cells"
-    assert not least.refusal
-    assert re.match(
-        r"explicit analyses by finite-cells, since tets would take \d\.\d+ GB", least.warnings[0]
-    )
 
 
 def test_time_counts_the_resolutions_that_the_budgets_hold():

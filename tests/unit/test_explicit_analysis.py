@@ -16,11 +16,11 @@ from gradedesign.material.material import Material
 from gradedesign.mesh.tet_mesh import boundary_facets
 from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.explicit_analysis import explicit_analyses
+from gradedesign.resolve.explicit_analysis import explicit_analysis
 from gradedesign.resolve.resolved_case import resolve_case
 from gradedesign.verify.analysis import Discretisation, ExplicitAnalysis, PlannedSolid
+from gradedesign.verify.finite_cells import FINITE_CELLS
 from gradedesign.verify.tet_fields import TetFields
-from gradedesign.verify.tets import STUFFED_TETS
 
 CASE = (
     held_bar(box_part(30, 10, 10, 5), name="block")
@@ -44,26 +44,15 @@ def load(tmp_path, words):
 
 def test_a_case_names_its_analysis(tmp_path):
     registry = build_registry()
-    allowed = explicit_analyses(load(tmp_path, ""), registry)
-    assert [analysis.name for analysis in allowed] == ["tets", "finite-cells"]
-    (named,) = explicit_analyses(load(tmp_path, 'analysis = "finite-cells"\n'), registry)
-    assert named.name == "finite-cells"
+    assert explicit_analysis(load(tmp_path, ""), registry).name == "finite-cells"
+    named = load(tmp_path, 'analysis = "finite-cells"\n')
+    assert explicit_analysis(named, registry).name == "finite-cells"
     with pytest.raises(
         CaseError, match=r"case\.toml:23: run\.analysis: no explicit analysis named"
     ):
-        explicit_analyses(load(tmp_path, 'analysis = "tet"\n'), registry)
+        explicit_analysis(load(tmp_path, 'analysis = "finite-cell"\n'), registry)
     with pytest.raises(CaseError, match=r'run\.mesher: .*did you mean "pytetwild"'):
         resolve_case(load(tmp_path, 'mesher = "pytetwil"\n'), registry)
-
-
-def test_walls_that_tetrahedra_would_tear_go_to_finite_cells(tmp_path):
-    # Isosurface stuffing keeps a wall of 1.25 elements, and of 1.0 where memory is short.
-    registry = build_registry()
-    for per_wall, names in ((0.25, ["finite-cells"]), (1.2, ["tets", "finite-cells"])):
-        allowed = explicit_analyses(load(tmp_path, f"elements_per_wall = {per_wall}\n"), registry)
-        assert [analysis.name for analysis in allowed] == names
-    stated = 'analysis = "tets"\nelements_per_wall = 0.25\n'
-    assert [one.name for one in explicit_analyses(load(tmp_path, stated), registry)] == ["tets"]
 
 
 def test_what_an_analysis_of_a_plugin_raises_names_it(tmp_path):
@@ -72,14 +61,14 @@ def test_what_an_analysis_of_a_plugin_raises_names_it(tmp_path):
 
     def hook():
         yield ExplicitAnalysis(
-            name="acme", solve=solve, estimate=STUFFED_TETS.estimate,
-            fitted_spacing=STUFFED_TETS.fitted_spacing, elements_per_wall=lambda *_: 1.0,
+            name="acme", solve=solve, estimate=FINITE_CELLS.estimate,
+            fitted_spacing=FINITE_CELLS.fitted_spacing, elements_per_wall=lambda _: 1.0,
             elements_per_layer=1.0,
         )  # fmt: skip
 
     plugin = SimpleNamespace(gradedesign_analyses=gradedesign.hookimpl(hook), __name__="acme")
     registry = build_registry(plugins=[plugin])
-    (analysis,) = explicit_analyses(load(tmp_path, 'analysis = "acme"\n'), registry)
+    analysis = explicit_analysis(load(tmp_path, 'analysis = "acme"\n'), registry)
     with pytest.raises(PluginError, match="analysis 'acme' of module acme"):
         analysis.solve(None, None, print)
 
@@ -88,12 +77,12 @@ def test_the_spacing_that_will_be_taken_fits_memory_and_box():
     planned = PlannedSolid(
         box=(60.0, 40.0, 40.0), volume=2e4, projections=0.0, curvature=0.0, load_cases=1
     )
-    # 59 and 39 cubes of a little more would not end on the faces: 1 mm divides all three.
-    assert STUFFED_TETS.fitted_spacing(planned, 1.0, 1e12) == pytest.approx(1.0)
-    need = STUFFED_TETS.estimate(planned, 1.0).memory_bytes
-    coarser = STUFFED_TETS.fitted_spacing(planned, 1.0, 0.8 * need)
-    assert 1.0 < coarser <= STUFFED_TETS.coarsest
-    assert STUFFED_TETS.estimate(planned, coarser).memory_bytes <= 0.8 * need
+    assert FINITE_CELLS.fitted_spacing(planned, 1.0, 1e12) == pytest.approx(1.0)
+    need = FINITE_CELLS.estimate(planned, 1.0).memory_bytes
+    coarser = FINITE_CELLS.fitted_spacing(planned, 1.0, 0.8 * need)
+    # 0.4 mm below at most: what the memory holds, rounded down to a division of 40 mm.
+    assert 1.0 < coarser <= FINITE_CELLS.coarsest
+    assert FINITE_CELLS.estimate(planned, 1.02 * coarser).memory_bytes <= 0.8 * need
 
 
 @pytest.fixture
@@ -109,8 +98,7 @@ def block():
         thermal_expansion=0.0, source="by hand",
     )  # fmt: skip
     division = Discretisation(
-        made_by="bricks", mesh_size=2.0, surface_size=2.0, surface_tets=1.0,
-        unknowns=space.dof_count, requested=2.0,
+        made_by="bricks", mesh_size=2.0, unknowns=space.dof_count, requested=2.0,
     )  # fmt: skip
     return TetFields(
         space=space, material=material, solutions={"pull": solution},

@@ -16,7 +16,7 @@ from gradedesign.material.material import Material
 from gradedesign.mesh.surface_mesh import enclosed_volume
 from gradedesign.output.vtu import write_vtu
 from gradedesign.part.regions import Region
-from gradedesign.verify import bricks_within_budget, finite_cells
+from gradedesign.verify import bricks_within_budget
 from gradedesign.verify.analysis import PlannedSolid, Resolution
 from gradedesign.verify.finite_cells import FINITE_CELLS, solve_finite_cells
 from gradedesign.verify.printed_solid import PrintedSolid
@@ -213,10 +213,3 @@ def test_an_estimate_is_near_what_is_solved(solved):
     assert FINITE_CELLS.fitted_spacing(planned, 0.9, 8e9) == pytest.approx(0.8)
     more = FINITE_CELLS.estimate(replace(planned, load_cases=3), 0.5)
     assert found.solve_s < more.solve_s < 3 * found.solve_s
-
-
-@pytest.mark.parametrize(("tets", "bricks"), [(1.25, 0.7), (2.0, 1.8), (2.5, 2.25)])
-def test_struts_take_more_bricks_than_sheets(monkeypatch, tets, bricks):
-    # Measured on sc: 1.1 bricks across a strut bend 17 % too little, 1.8 within 2 %.
-    monkeypatch.setattr(finite_cells, "tets_per_wall", lambda *_: tets)
-    assert FINITE_CELLS.elements_per_wall(None, 0.2) == pytest.approx(bricks)

@@ -1,6 +1,4 @@
-"""Gaps between faces of a part, and the analysis that keeps them apart."""
-
-from dataclasses import replace
+"""Gaps between faces of a part, and what is said where elements join them."""
 
 import numpy as np
 import pytest
@@ -8,10 +6,9 @@ import pytest
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.part.box import box_surface
 from gradedesign.resolve.analysable import Analysable
-from gradedesign.resolve.analysis_of_gaps import chosen_beside_gaps
+from gradedesign.resolve.analysable_lattice import joined_faces
 from gradedesign.verify.finite_cells import FINITE_CELLS
 from gradedesign.verify.gaps import narrowest_gap
-from gradedesign.verify.tets import STUFFED_TETS
 
 
 def two_boxes(apart):
@@ -57,31 +54,16 @@ def test_corner_of_a_notch_is_no_gap_unless_it_is_acute(angle, found):
     assert (narrowest_gap(notched(angle), 0.5) is not None) == found
 
 
-def able(analysis, spacing):
+def able(spacing):
     return Analysable(
-        analysis=analysis, bounds=(0.2, 0.6), elements_per_wall=2.0, spacing=spacing,
+        analysis=FINITE_CELLS, bounds=(0.2, 0.6), elements_per_wall=2.0, spacing=spacing,
         memory_bytes=10**9,
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("apart", "name", "words"),
-    [
-        (0.9, "tets", None),
-        (0.3, "finite-cells", "explicit analyses by finite-cells: faces of the part are 0.3 mm"),
-        (0.1, "tets", "elements of 0.5 mm join them"),
-    ],
-)
-def test_analysis_keeps_faces_apart_where_one_can(apart, name, words):
-    candidates = (able(STUFFED_TETS, 0.5), able(FINITE_CELLS, 0.6))
-    chosen = chosen_beside_gaps(candidates, two_boxes(apart))
-    assert chosen.analysis.name == name
-    assert len(chosen.warnings) == (words is not None)
-    assert words is None or words in chosen.warnings[0]
-
-
-def test_analysis_that_memory_does_not_hold_keeps_nothing_apart():
-    refused = replace(able(FINITE_CELLS, 0.6), refusal="does not fit")
-    chosen = chosen_beside_gaps((able(STUFFED_TETS, 0.5), refused), two_boxes(0.3))
-    assert chosen.analysis.name == "tets"
-    assert "join them" in chosen.warnings[0]
+def test_faces_that_elements_join_are_a_warning():
+    # Sub-cells are a quarter of a brick: 0.15 mm here.
+    assert joined_faces(able(0.6), two_boxes(0.2)) == ()
+    (words,) = joined_faces(able(0.6), two_boxes(0.1))
+    assert words.startswith("faces of the part are 0.1 mm apart at (10.05, ")
+    assert "elements of 0.6 mm join them" in words

@@ -34,6 +34,7 @@ from gradedesign.results.reasons import why_not
 from gradedesign.sizing.problem import SizingStep
 from gradedesign.verify.acceptance import Acceptance, NoSubmodelError, nothing_meshed
 from gradedesign.verify.correction import Correction, Discrepancy
+from gradedesign.verify.meshed_anew import mesher_tets
 from gradedesign.workspace.limits import Deadline
 from gradedesign.workspace.progress import ignore
 
@@ -622,10 +623,9 @@ class Judge:
         self.analysed = SimpleNamespace(
             solid=None,
             result=SimpleNamespace(
-                solved=SimpleNamespace(
-                    division=SimpleNamespace(surface_tets=tets, surface_size=1.0)
-                ),
+                solved=SimpleNamespace(division=SimpleNamespace(surface_size=1.0)),
                 mesh_size=1.0,
+                volume=tets / mesher_tets(1.0, 1.0),
             ),
         )
         self.setup = SimpleNamespace(

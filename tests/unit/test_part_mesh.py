@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 import trimesh
+from skfem import MeshTet
 
 from gradedesign.case.regions_schema import RegionSpec
 from gradedesign.errors import CaseError, MeshError
-from gradedesign.mesh.stuffing import stuff
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
-from gradedesign.mesh.tet_mesh import boundary_facets, centroids, signed_volumes
+from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, centroids, signed_volumes
 from gradedesign.part import part_mesh
 from gradedesign.part.box import box_surface
 from gradedesign.part.part_mesh import (
@@ -90,23 +90,23 @@ def test_normal_keeps_the_back_out():
 
 
 def test_round_hole_on_a_mesh_of_other_facets():
-    # a hole of radius 2 through a stuffed block 4 thick: a region of 64 chords on a mesh with
-    # vertices of its own; area 2 pi r h = 50.27, less what stuffing chamfers at both rims (h / 2)
-    size = np.array([8.0, 8.0, 4.0])
-
-    def block(p):
-        half = (size / 2).reshape(3, *[1] * (p.ndim - 1))
-        box = np.max(np.abs(p - half) - half, axis=0)
-        return np.maximum(box, 2 - np.hypot(p[0] - 4, p[1] - 4))
-
-    h = 0.25
-    mesh = stuff(block, (0, 0, 0), (32, 32, 16), h)
+    # a hole of radius 2 through a ring 4 thick: a region of 64 chords on a mesh of 50 chords
+    around = MeshTet.init_tensor(
+        np.linspace(0, 2 * np.pi, 51), np.linspace(2, 4, 5), np.arange(5.0)
+    )
+    turn, radius, z = around.p
+    points = np.stack([4 + radius * np.cos(turn), 4 + radius * np.sin(turn), z])
+    tets = np.array(around.t)
+    edges = points[:, tets[1:]] - points[:, tets[:1]]
+    negative = np.linalg.det(edges.transpose(2, 0, 1)) < 0
+    tets[:2, negative] = tets[1::-1, negative]
+    mesh = TetMesh(points=points, tets=tets)
     angle = np.linspace(0, 2 * np.pi, 65)
     ring = np.stack([4 + 2 * np.cos(angle), 4 + 2 * np.sin(angle), 0 * angle], axis=1)
     a, b, up = ring[:-1], ring[1:], np.array([0, 0, 4.0])
     wall = np.concatenate([np.stack([a, b + up, b], axis=1), np.stack([a, a + up, b + up], axis=1)])
     found = region_facets(mesh, wall, tolerance=0.05)
-    assert 4 * np.pi * (4 - h) < found.area < 4 * np.pi * 4
+    assert found.area == pytest.approx(50 * 4 * np.sin(np.pi / 50) * 4)
     np.testing.assert_allclose(found.centroid, [4, 4, 2], atol=0.02)
 
 

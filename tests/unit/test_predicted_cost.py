@@ -4,19 +4,16 @@ from dataclasses import replace
 
 import pytest
 
-from gradedesign.fe.solve import predict_memory_bytes
 from gradedesign.loop.predicted_cost import (
     MEASURED,
     WITHIN,
     RunWork,
     learned_speed,
-    mesher_tets,
     predict_cost,
 )
-from gradedesign.verify.acceptance import EDGE_PER_SPACING, choose_scope
-from gradedesign.verify.analysis import PlannedSolid
-from gradedesign.verify.explicit_mesh import DOFS_PER_TET, TETS_PER_GRID_CELL
-from gradedesign.verify.tets import GRID_CELL_S, estimate, solve_seconds
+from gradedesign.verify.acceptance import choose_scope
+from gradedesign.verify.meshed_anew import mesher_tets
+from gradedesign.verify.tets import solve_seconds
 
 #: Of `cases/mini`: its own numbers of the first iteration, whole lattice re-meshed.
 MINI = RunWork(
@@ -25,10 +22,10 @@ MINI = RunWork(
     adjoint_solves=1,
     explicit_dofs=155_343,
     explicit_memory=7,
-    explicit_mesh_s=GRID_CELL_S * 8_670,
-    explicit_solve_s=solve_seconds(155_343, 1),
+    explicit_mesh_s=0.5,
+    explicit_solve_s=1.4,
     whole_s=20.0,
-    mesher_tets=mesher_tets(58_401),
+    mesher_tets=33_797,
     iterations=6,
 )
 
@@ -92,28 +89,16 @@ def test_a_stage_that_is_missing_teaches_nothing():
     assert learned_speed(MINI, 10, {"sizing": 0.0}) == MEASURED
 
 
-def test_tetrahedra_are_estimated_before_they_are_made():
-    # A box of 8 x 4 x 4 mm on cubes of 1 mm, two to spare at every face, 100 mm^3 of it solid.
-    found = estimate(
-        PlannedSolid(
-            box=(8.0, 4.0, 4.0), volume=100.0, projections=0.0, curvature=0.0, load_cases=3
-        ),
-        1.0,
-    )
-    assert found.mesh_s == pytest.approx(GRID_CELL_S * 12 * 8 * 8)
-    # 14 tetrahedra a cube of solid and 5.1 unknowns each are expected, 5.4 are allowed for.
-    assert found.surface_tets == pytest.approx(1400.0)
-    assert found.unknowns == pytest.approx(7140, abs=1)
-    assert found.memory_bytes == predict_memory_bytes(
-        int(100 * TETS_PER_GRID_CELL * DOFS_PER_TET), 2
-    )
+def test_tetrahedra_of_the_mesher_are_estimated_before_they_are_made():
+    # 100 mm^3 in cubes of 1.2 surface sizes, 14 tetrahedra each.
+    assert mesher_tets(100.0, 1.0) == pytest.approx(100.0 / 1.2**3 * 14)
     # Two further load cases add 45 % each.
-    assert found.solve_s == pytest.approx(1.9 * solve_seconds(found.unknowns, 1))
+    assert solve_seconds(7140, 3) == pytest.approx(1.9 * solve_seconds(7140, 1))
 
 
 def test_scope_follows_stated_budgets():
     # 400 tetrahedra a second, a sixtieth of the stated time: by definition.
-    most = 400.0 * EDGE_PER_SPACING**3 * 1200.0 / 60.0
+    most = 400.0 * 1200.0 / 60.0
     assert choose_scope("auto", 0.99 * most, 1200.0) == "whole"
     assert choose_scope("auto", 1.01 * most, 1200.0) == "submodels"
     assert choose_scope("whole", 1e9, 1.0) == "whole"

@@ -91,8 +91,9 @@ def shown(monkeypatch, out, accepted):
 def test_a_file_changed_while_it_is_judged_is_an_error(monkeypatch, exported, out):
     surface, _, digest = exported()
     accepted = SimpleNamespace(
-        surface=surface, sha256=digest, analysed=None, iteration=SimpleNamespace(rho=None)
-    )
+        surface=surface, sha256=digest, analysed=None, iteration=SimpleNamespace(rho=None),
+        acceptance=SimpleNamespace(whole=None),
+    )  # fmt: skip
     assert shown(monkeypatch, out, accepted) is surface
     alter(out.path_of(STL_NAME))
     with pytest.raises(ResourceError, match="changed after it was written"):
@@ -106,8 +107,9 @@ def test_the_accepted_design_stays_though_a_later_one_was_written_and_refused(
     kept = out.read_bytes(STL_NAME)
     out.adopt(STL_NAME, write_stl(out.path_of(STL_NAME), box_surface((4.0, 2.0, 0.5))))
     accepted = SimpleNamespace(
-        surface=surface, sha256=digest, analysed=None, iteration=SimpleNamespace(rho=None)
-    )
+        surface=surface, sha256=digest, analysed=None, iteration=SimpleNamespace(rho=None),
+        acceptance=SimpleNamespace(whole=None),
+    )  # fmt: skip
     assert shown(monkeypatch, out, accepted) is surface
     # The same triangles, perhaps in another order.
     assert len(out.read_bytes(STL_NAME)) == len(kept)

@@ -1,5 +1,6 @@
 """What a solver, an analysis, an exporter or a reader would refuse later, a check refuses first."""
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -18,7 +19,7 @@ from gradedesign.output.exporter import Exporter
 from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve.resolved_case import resolve_case
 from gradedesign.resolve.setup import prepare
-from gradedesign.verify.tets import STUFFED_TETS
+from gradedesign.verify.finite_cells import FINITE_CELLS
 
 CASE = (
     held_bar(box_part(24, 12, 12, 6), name="plate", force="0 N, 0 N, -4 N")
@@ -74,37 +75,40 @@ def test_a_part_with_more_unknowns_than_the_solver_takes(registry, tmp_path):
 
 def test_a_lattice_with_more_unknowns_than_the_solver_takes(registry, tmp_path):
     told = refusal(ResourceError, read(tmp_path, SOLVER.format("verdict")), registry)
-    assert "run.solver: the explicit lattice has at least about " in told
+    # Finite cells solve themselves; their surface is meshed again.
+    words = "run.solver: the printed surface as it is meshed again has at least about "
+    assert words in told
     assert f"takes at most {MOST_UNKNOWNS} unknowns" in told
-    # A run that ends before this analysis never needs it; nor do finite cells, which solve
-    # themselves, but their surface is meshed again.
+    # A run that ends before never needs it.
     check_case(read(tmp_path, SOLVER.format("sizing")), registry)
-    cells = SOLVER.format("verdict") + 'analysis = "finite-cells"\n'
-    assert "meshed again" in refusal(ResourceError, read(tmp_path, cells), registry)
 
 
 def test_what_may_be_too_large_for_the_solver_is_a_warning(registry, tmp_path):
-    case = read(tmp_path, "")
-    unknowns = check_case(case, registry).run.cost.explicit_dofs
-    solvers = registry.solvers
-    named = read(tmp_path, '[run]\nsolver = "small"\nanalysis = "tets"\n')
+    named = read(tmp_path, '[run]\nsolver = "small"\n')
+    least = r"meshed again has at least about (\d+)"
 
     def warned(most):
         small = LinearSolver(name="small", prepare=SCIKIT_FEM.prepare, most_unknowns=most)
         known = replace(
             registry,
-            solvers={**solvers, "small": small},
+            solvers={**registry.solvers, "small": small},
             sources={**registry.sources, "solvers": {"small": "test 1"}},
         )
-        found = check_case(named, known)
-        return [w for w in found.warnings if "run.solver: the explicit lattice has about" in w]
+        try:
+            found = check_case(named, known)
+        except ResourceError as error:
+            (told,) = re.findall(least, str(error))
+            return int(told)
+        return [w for w in found.warnings if "meshed again has about" in w]
 
-    # Predictions are meant to be right within a factor of two.
-    assert warned(unknowns - 1)
-    assert warned(unknowns // 2 + 1)
-    assert not warned(unknowns)
-    with pytest.raises(ResourceError, match="the explicit lattice has at least about"):
-        warned(unknowns // 2 - 1)
+    # Predictions are meant to be right within a factor of two: more than twice is refused. The part
+    # has fewer unknowns.
+    refused = warned(8_000)
+    assert refused > 8_000
+    assert warned(refused - 1) == refused
+    assert isinstance(warned(refused), list)
+    assert warned(refused)
+    assert not warned(2 * refused + 1)
 
 
 def test_the_run_refuses_by_the_same_function(cli, tmp_path):
@@ -116,7 +120,7 @@ def test_the_run_refuses_by_the_same_function(cli, tmp_path):
     ran = cli("run", tmp_path, "-o", tmp_path / "out")
     for ended in (checked, ran):
         assert ended.code == 5
-        assert "run.solver: the explicit lattice has at least about" in ended.err
+        assert "run.solver: the printed surface as it is meshed again has at least" in ended.err
 
 
 def test_the_direct_solver_states_what_superlu_takes(monkeypatch):
@@ -210,7 +214,7 @@ def test_an_analysis_that_cannot_judge_a_limit(registry, tmp_path):
     def cold(case):
         return "" if not case.limits.displacement else "it knows no displacements"
 
-    mine = replace(STUFFED_TETS, name="mine", refuses=cold)
+    mine = replace(FINITE_CELLS, name="mine", refuses=cold)
     known = replace(
         registry,
         analyses={**registry.analyses, "mine": mine},

@@ -17,8 +17,8 @@ from gradedesign.loop.printed_stage import printed_stage
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.part.box import box_surface
 from gradedesign.plugin.registry import build_registry
+from gradedesign.verify.finite_cells import FINITE_CELLS
 from gradedesign.verify.printed_solid import PrintedSolid
-from gradedesign.verify.tets import STUFFED_TETS
 from gradedesign.verify.whole_solid import judge_whole
 from gradedesign.workspace.progress import ignore
 
@@ -50,10 +50,13 @@ def test_a_file_of_half_the_section_moves_twice_as_far():
     )  # fmt: skip
     bar = box_surface((4.0, 1.0, 1.0))
     printed = SurfaceMesh(vertices=bar.vertices + np.array([0.0, 0.5, 0.0]), faces=bar.faces)
-    # Sheets: bricks of 0.28 / 0.56 mm, then a third.
-    division = SimpleNamespace(surface_size=0.28, unknowns=1000)
+    # Bricks of 0.5 mm as in the iteration, then a third.
+    division = SimpleNamespace(unknowns=1000)
     analysed = SimpleNamespace(
-        solid=solid, result=SimpleNamespace(volume=8.0, solved=SimpleNamespace(division=division))
+        solid=solid,
+        result=SimpleNamespace(
+            volume=8.0, mesh_size=0.5, solved=SimpleNamespace(division=division)
+        ),
     )
     part = SimpleNamespace(surface=box_surface(HIGH))
     domain = SimpleNamespace(skins=())
@@ -63,7 +66,7 @@ def test_a_file_of_half_the_section_moves_twice_as_far():
             case=case,
             part=part,
             domain=domain,
-            analysis=STUFFED_TETS,
+            analysis=FINITE_CELLS,
             limits=(),
             space=SimpleNamespace(mesh=None),
         ),

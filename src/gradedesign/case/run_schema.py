@@ -23,7 +23,7 @@ from gradedesign.case.value_types import (
 #: Formats that are no exporter's: fields and decks of the analyses, and the report.
 OWN_FORMATS = ("vtu", "inp", "report")
 _FORMATS = ("stl", "vtu", "report")
-_SOLVER, _ANALYSIS, _MESHER = "multigrid", "auto", "pytetwild"
+_SOLVER, _ANALYSIS, _MESHER = "multigrid", "finite-cells", "pytetwild"
 _NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 
 
@@ -104,19 +104,16 @@ class RunSpec(Table):
     stop_after: Annotated[str, Choice(("verdict", "solid", "sizing", "lattice"))] = "verdict"
     """Last stage; before the verdict the status is partial."""
     analysis: Annotated[str, _Name(_ANALYSIS)] = _ANALYSIS
-    """Explicit analysis of the lattice: ``tets``, quadratic tetrahedra that follow its surface;
-    ``finite-cells``, quadratic bricks that its surface cuts; or one that a plugin supplies.
-    ``auto``: tetrahedra, or finite cells where the lattice may be less dense with them within
-    memory and time."""
+    """Explicit analysis of the lattice: ``finite-cells``, quadratic bricks that its surface cuts,
+    or one that a plugin supplies."""
     mesher: Annotated[str, _Name(_MESHER)] = _MESHER
     """Mesher of the printed surface for the verdict: ``pytetwild``, or that of a plugin."""
     solver: Annotated[str, _Name(_SOLVER)] = _SOLVER
     """Linear solver of every analysis: ``multigrid``, ``direct``, ``scikit-fem`` as a reference for
     small parts, or one that a plugin supplies."""
     elements_per_wall: Annotated[float, Number(at_least=0.25, at_most=16.0)] | None = None
-    """Elements of the explicit grid across the thinnest wall; measured on the cell by default:
-    tetrahedra 1.25 for walls, 2 to 2.5 for struts, finite cells 0.7 and 1.8 or more, and up to 1.7
-    times as many where the solid needs fewer than 0.3 million unknowns."""
+    """Elements of the explicit grid across the thinnest wall: 0.7 of walls and 1.8 of struts by
+    default, and up to 1.7 times as many where the solid needs fewer than 0.3 million unknowns."""
     submodel_count: Annotated[int, Whole(1, 64)] = 2
     """Submodels analysed for acceptance."""
     explicit_mesh_size: Size | None = None

@@ -24,9 +24,7 @@ from gradedesign.verify.small_solid import small_solid_spacing
 from gradedesign.verify.whole_resolution import first_spacing, judged_seconds
 
 #: Of a run that gets no explicit lattice.
-NO_ANALYSIS = AnalysisEstimate(
-    unknowns=0, memory_bytes=0, mesh_s=0.0, solve_s=0.0, surface_tets=0.0
-)
+NO_ANALYSIS = AnalysisEstimate(unknowns=0, memory_bytes=0, mesh_s=0.0, solve_s=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,7 +131,7 @@ def predicted_run(resolved: ResolvedCase, inside: int) -> PredictedRun:
         grid = replace(grid, spacing=fine, set_by=f"{grid.set_by}, and finer: the solid is small")
     size = able.analysis.estimate(planned, grid.spacing) if explicit else NO_ANALYSIS
     work = _work(resolved, able, planned, density, grid.spacing, size)
-    doubts = require_solver_takes(case, resolved.solver, able.analysis, work)
+    doubts = require_solver_takes(case, resolved.solver, work)
     return PredictedRun(
         density=density,
         lattice_share=share,
@@ -157,8 +155,7 @@ def _work(
     """Work of a run whose explicit grid has that spacing, mm, and that size."""
     case, explicit = resolved.case, size is not NO_ANALYSIS
     first = min(
-        first_spacing(able.analysis, spacing, stated.cell, zone.bounds[0])
-        for stated, zone in zip(stated_zones(resolved), able.zones or (able,), strict=True)
+        first_spacing(able.analysis, spacing, stated.cell) for stated in stated_zones(resolved)
     )
     return RunWork(
         part_dofs=predicted_part_dofs(case, resolved.part),
@@ -173,8 +170,10 @@ def _work(
             if explicit
             else 0.0
         ),
-        mesher_tets=remeshed_tets(
-            case.run, size.surface_tets, planned, density, resolved.layout.typical
+        mesher_tets=(
+            remeshed_tets(case.run, planned, spacing, density, resolved.layout.typical)
+            if explicit
+            else 0
         ),
         iterations=case.run.max_iterations if explicit else 1,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import MappingProxyType
 
 import numpy as np
@@ -13,7 +13,6 @@ from gradedesign.cell.strut_axes import StrutAxes
 from gradedesign.errors import LatticeError
 from gradedesign.lattice.density_grid import DensityGrid, evaluate
 from gradedesign.lattice.domain import DesignDomain
-from gradedesign.lattice.drain import drain_value
 from gradedesign.lattice.solid_layers import solid_layers, united
 
 
@@ -123,38 +122,6 @@ def cell_field(design: LatticeDesign, *, single: bool = False) -> Field:
         return scale * (g - t)
 
     return cell
-
-
-def body_field(design: LatticeDesign) -> Field:
-    """Cells, skins and passive regions before the part trims them, negative inside, about mm."""
-    cell = cell_field(design)
-    part, layers = solid_layers(design.domain)
-    union = united(design.domain, layers, cell, cell, design.cell_size)
-    return lambda points: union(points, part(points))
-
-
-def joint_fields(design: LatticeDesign) -> tuple[Field, Field, Field] | None:
-    """Cells with their nets, solid layers, and what trims both; ``None`` where there is no layer.
-
-    All are negative inside, of the cells in about mm, of the layers and of the part less its drain
-    holes in mm. Without fillets the lattice is ``max(trim, min(cells, layers))``.
-    """
-    domain = design.domain
-    part, layers = solid_layers(domain)
-    if not layers:
-        return None
-    cell = cell_field(design)
-    lattice = united(replace(domain, drains=()), (), cell, cell, design.cell_size)
-
-    def solids(points: FloatArray) -> FloatArray:
-        distance = part(points)
-        return np.asarray(np.minimum.reduce([layer(points, distance) for layer in layers]))
-
-    def trim(points: FloatArray) -> FloatArray:
-        drains = [-drain_value(drain, points) for drain in domain.drains]
-        return np.asarray(np.maximum.reduce([part(points), *drains]))
-
-    return lambda points: lattice(points, part(points)), solids, trim
 
 
 def uncut_field(design: LatticeDesign, *, band: float, single: bool = False) -> Field:

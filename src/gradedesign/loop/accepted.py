@@ -40,6 +40,7 @@ from gradedesign.verify.acceptance import (
     choose_scope,
     nothing_meshed,
 )
+from gradedesign.verify.meshed_anew import mesher_tets
 from gradedesign.verify.whole_solid import WholeJudgement, judge_whole
 from gradedesign.verify.yielding import yielding_words
 from gradedesign.workspace.limits import Deadline
@@ -185,8 +186,9 @@ def _accepted(
 
 def _judged_by_submodels(setup: Setup, analysed: Analysed) -> bool:
     """Whether stress is judged by submodels and not by a mesh of the whole surface."""
-    run, division = setup.problem.case.run, analysed.result.solved.division
-    return choose_scope(run.acceptance, division.surface_tets, run.time) == "submodels"
+    run, result = setup.problem.case.run, analysed.result
+    tets = mesher_tets(result.volume, result.solved.division.surface_size)
+    return choose_scope(run.acceptance, tets, run.time) == "submodels"
 
 
 def _can_wait(iteration: DesignIteration, whole: WholeJudgement) -> bool:

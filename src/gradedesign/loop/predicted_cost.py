@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 
 from gradedesign.loop.iteration_steps import FIRST_SIZING_ITERATIONS, TUNING_SIZING_ITERATIONS
 from gradedesign.resolve.least_density import USUAL_ITERATIONS
-from gradedesign.verify.meshed_anew import EDGE_PER_SPACING
 from gradedesign.verify.tets import DOFS_PER_TET, solve_seconds
 
 #: Homogenised analyses beside sizing, counted in its iterations: prediction and correction.
@@ -198,11 +197,6 @@ def sizing_seconds(work: RunWork, speed: Speed, iterations: int) -> float:
 def mesher_seconds(tets: int, speed: Speed = MEASURED) -> float:
     """Seconds of the mesher of the acceptance, s."""
     return speed.tet * tets
-
-
-def mesher_tets(explicit_tets: float, share: float = 1.0) -> int:
-    """Tetrahedra of the acceptance's mesher for a share of the lattice's volume."""
-    return int(share * explicit_tets / EDGE_PER_SPACING**3)
 
 
 def learned_speed(

@@ -40,7 +40,6 @@ def printed_stage(
     density of every element of the part, from which the cost of a spacing follows.
     """
     run, solid = setup.problem.case.run, analysed.solid
-    own = setup.problem.analysis.name == FINITE_CELLS.name
     division = analysed.result.solved.division
     planned = replace(planned_design(setup, rho), volume=analysed.result.volume)
     search = surface_search(surface)
@@ -69,13 +68,8 @@ def printed_stage(
     return WholeStage(
         analyse=analyse,
         spacing=min(
-            first_spacing(
-                setup.problem.analysis,
-                analysed.result.mesh_size if own else division.surface_size,
-                cell,
-                bounds[0],
-            )
-            for cell, bounds, _ in cells_in_zones(setup.cells)
+            first_spacing(setup.problem.analysis, analysed.result.mesh_size, cell)
+            for cell, _, _ in cells_in_zones(setup.cells)
         ),
         ratio=RATIO,
         orders=ORDERS,

@@ -65,7 +65,7 @@ class RunCost:
         """
         self.work = run_work(setup, solid)
         problem = setup.problem
-        require_solver_takes(problem.case, problem.solver, problem.analysis, self.work)
+        require_solver_takes(problem.case, problem.solver, self.work)
         self.before = predict_cost(self.work)
         announce.cost(self.before, self.budget)
 

@@ -11,12 +11,13 @@ from gradedesign.cell.wall_size import wall_mm
 from gradedesign.limits.row import LimitRow
 from gradedesign.loop.iteration_steps import explicit_spacing_for
 from gradedesign.loop.planned_design import planned_design
-from gradedesign.loop.predicted_cost import RunWork, mesher_tets
+from gradedesign.loop.predicted_cost import RunWork
 from gradedesign.material.scaling_law import has_strength
 from gradedesign.resolve.cell_choice import cells_in_zones
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import choose_scope
-from gradedesign.verify.analysis import PlannedSolid
+from gradedesign.verify.analysis import SURFACE_PER_ELEMENT, PlannedSolid
+from gradedesign.verify.meshed_anew import mesher_tets
 from gradedesign.verify.small_solid import small_solid_spacing
 from gradedesign.verify.submodel_choice import BUFFERS
 from gradedesign.verify.whole_resolution import first_spacing, judged_seconds
@@ -48,8 +49,8 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
     spacing = predicted_spacing(setup, density, planned)
     explicit = setup.problem.analysis.estimate(planned, spacing)
     first = min(
-        first_spacing(setup.problem.analysis, spacing, cell, bounds[0])
-        for cell, bounds, _ in cells_in_zones(setup.cells)
+        first_spacing(setup.problem.analysis, spacing, cell)
+        for cell, _, _ in cells_in_zones(setup.cells)
     )
     return RunWork(
         part_dofs=setup.problem.space.dof_count,
@@ -60,26 +61,24 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
         explicit_mesh_s=explicit.mesh_s,
         explicit_solve_s=explicit.solve_s,
         whole_s=judged_seconds(planned, first, explicit.unknowns, case.run.memory, case.run.time),
-        mesher_tets=remeshed_tets(
-            case.run, explicit.surface_tets, planned, density, setup.cells.layout.typical
-        ),
+        mesher_tets=remeshed_tets(case.run, planned, spacing, density, setup.cells.layout.typical),
         iterations=case.run.max_iterations,
     )
 
 
 def remeshed_tets(
-    run: RunSpec, tets: float, planned: PlannedSolid, density: float, cell: float
+    run: RunSpec, planned: PlannedSolid, spacing: float, density: float, cell: float
 ) -> int:
     """Tetrahedra of the mesher of the acceptance, in the whole lattice or in all submodels.
 
-    ``tets`` are those of a body-fitted mesh of the whole at the size of the explicit analysis,
-    ``cell`` the edge of a cell, mm.
+    ``spacing`` is that of the explicit analysis, ``cell`` the edge of a cell, both mm.
     """
+    tets = mesher_tets(planned.volume, SURFACE_PER_ELEMENT * spacing)
     if choose_scope(run.acceptance, tets, run.time) == "whole":
-        return mesher_tets(tets)
+        return int(tets)
     edges = np.minimum((1 + 2 * BUFFERS[0]) * cell, planned.box)
     share = run.submodel_count * density * float(edges.prod()) / planned.volume
-    return mesher_tets(tets, min(1.0, share))
+    return int(min(1.0, share) * tets)
 
 
 def predicted_spacing(setup: Setup, density: float, planned: PlannedSolid) -> float:

@@ -6,13 +6,10 @@ from gradedesign.case.schema import Case
 from gradedesign.errors import ResourceError
 from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.loop.predicted_cost import WITHIN, RunWork
-from gradedesign.verify.analysis import ExplicitAnalysis
 from gradedesign.verify.tets import DOFS_PER_TET
 
 
-def require_solver_takes(
-    case: Case, solver: LinearSolver, analysis: ExplicitAnalysis, work: RunWork
-) -> tuple[str, ...]:
+def require_solver_takes(case: Case, solver: LinearSolver, work: RunWork) -> tuple[str, ...]:
     """Refuse a solver for which the systems of a run are too large, before any is assembled.
 
     Each system is refused again by `LinearSolver.refusal` once it is there; this knows it as far as
@@ -26,8 +23,6 @@ def require_solver_takes(
     # Submodels are about as large as each other; of the whole surface this is a part.
     remeshed = int(DOFS_PER_TET * work.mesher_tets / case.run.submodel_count)
     systems = {"the part": work.part_dofs}
-    if analysis.uses_solver:
-        systems["the explicit lattice"] = work.explicit_dofs
     systems["the printed surface as it is meshed again"] = remeshed
     doubts = []
     for name, unknowns in systems.items():

@@ -1,1 +1,1 @@
-"""Surface or field to tetrahedra: the pytetwild worker, stuffing, quality gates."""
+"""Surface or field to tetrahedra: the pytetwild worker, quality gates."""

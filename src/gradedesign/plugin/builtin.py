@@ -38,7 +38,6 @@ from gradedesign.part.voxel_files import (
 from gradedesign.plugin.hookspecs import hookimpl
 from gradedesign.verify.analysis import ExplicitAnalysis
 from gradedesign.verify.finite_cells import FINITE_CELLS
-from gradedesign.verify.tets import STUFFED_TETS
 
 
 @hookimpl
@@ -111,5 +110,5 @@ def gradedesign_limits() -> Iterable[LimitKind]:
 
 @hookimpl
 def gradedesign_analyses() -> Iterable[ExplicitAnalysis]:
-    """Register quadratic tetrahedra and finite cells."""
-    return STUFFED_TETS, FINITE_CELLS
+    """Register finite cells."""
+    return (FINITE_CELLS,)

@@ -274,14 +274,14 @@ def gradedesign_analyses() -> Iterable[ExplicitAnalysis]:
     ...     unknowns = int(24 * planned.volume / spacing**3)
     ...     return AnalysisEstimate(
     ...         unknowns=unknowns, memory_bytes=900 * unknowns, mesh_s=2.0,
-    ...         solve_s=3e-5 * unknowns, surface_tets=10 * planned.volume / spacing**3,
+    ...         solve_s=3e-5 * unknowns,
     ...     )
     >>> @hookimpl
     ... def gradedesign_analyses():
     ...     yield ExplicitAnalysis(
     ...         name="my-bricks", solve=solve, estimate=estimate,
     ...         fitted_spacing=lambda planned, spacing, memory_bytes: spacing,
-    ...         elements_per_wall=lambda cell, rho: 0.7, elements_per_layer=0.7,
+    ...         elements_per_wall=lambda cell: 0.7, elements_per_layer=0.7,
     ...     )
     >>> [analysis.name for analysis in gradedesign_analyses()]
     ['my-bricks']

@@ -19,7 +19,7 @@ from gradedesign.cell.cell import Cell
 from gradedesign.cell.cell_surface import CellSurface, cell_surface
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.lattice.domain import DesignDomain
-from gradedesign.resolve.least_density import SAMPLES, Need, Needs, least_fitting, need_of
+from gradedesign.resolve.least_density import SAMPLES, Need, Needs, need_of
 from gradedesign.resolve.planned_solid import PlannedPart, planned_solid
 from gradedesign.verify.analysis import ExplicitAnalysis
 from gradedesign.verify.whole_resolution import first_spacing
@@ -116,37 +116,29 @@ def analysable_bounds(
         for of_lattice in zip(mean, map(CellSurface, *surfaces), strict=True)
     ]
 
-    def wanted(k: int) -> float:
-        return run.elements_per_wall or analysis.elements_per_wall(cell, float(rho[k]))
-
-    def look(per_wall: float, k: int) -> Needs:
-        spacings = grid_spacing(domain, walls, per_wall, analysis)
-        if run.explicit_mesh_size:
-            spacings = np.full(SAMPLES, run.explicit_mesh_size)
-        first = first_spacing(analysis, 1.0, cell, float(rho[k]))
-        needs = [
-            need_of(analysis, to_build, float(spacing), first)
-            for to_build, spacing in zip(planned, spacings, strict=True)
-        ]
-        return Needs(spacings=spacings, needs=needs, memory=run.memory, time=run.time)
-
-    least, per_wall = 0, wanted(0)
-    seen, refusal = look(per_wall, 0), ""
-    needed = seen.needs[0]
+    per_wall = run.elements_per_wall or analysis.elements_per_wall(cell)
+    spacings = grid_spacing(domain, walls, per_wall, analysis)
+    if run.explicit_mesh_size:
+        spacings = np.full(SAMPLES, run.explicit_mesh_size)
+    first = first_spacing(analysis, 1.0, cell)
+    needs = [
+        need_of(analysis, to_build, float(spacing), first)
+        for to_build, spacing in zip(planned, spacings, strict=True)
+    ]
+    seen = Needs(spacings=spacings, needs=needs, memory=run.memory, time=run.time)
+    least, refusal, fits = 0, "", seen.fits
     unbound = stated or run.explicit_mesh_size or run.stop_after != "verdict"
-    if not (unbound or seen.fits[0]):
-        fitting = least_fitting(look, wanted)
-        if fitting is None:
-            layer = min(domain.layers, default=np.inf)
-            refusal = _refusal(case, walls, seen, layer, analysis, max(part.box))
-        else:
-            least, per_wall, seen = fitting
-    warnings = _raised(case, (low, rho[least]), walls[least], needed) if least else ()
+    if not (unbound or fits.any()):
+        layer = min(domain.layers, default=np.inf)
+        refusal = _refusal(case, walls, seen, layer, analysis, max(part.box))
+    elif not unbound:
+        least = int(np.argmax(fits))
+    warnings = _raised(case, (low, rho[least]), walls[least], needs[0]) if least else ()
     return Analysable(
         analysis=analysis,
         bounds=(float(rho[least]) if least else low, high),
         elements_per_wall=per_wall,
-        spacing=float(seen.spacings[least]),
+        spacing=float(spacings[least]),
         memory_bytes=int(seen.bytes.min() if refusal else seen.bytes[least]),
         warnings=warnings,
         refusal=refusal,
@@ -177,36 +169,6 @@ def _raised(case: Case, bounds: tuple[float, float], wall: float, need: Need) ->
         f"{run.time / 60:.3g} min hold (at density {low:.3g} {need.words()}); more of both or "
         f"larger cells let it fall",
     )
-
-
-def chosen_analysis(candidates: Sequence[Analysable]) -> Analysable:
-    """Of analyses in the order of preference, the first that lets density fall lowest.
-
-    Predicted memory and time alone decide, so that a busy machine takes the same one.
-
-    Parameters
-    ----------
-    candidates : sequence of Analysable
-        One for every analysis that may be taken.
-
-    Returns
-    -------
-    Analysable
-        With a warning that says why it is not the first one.
-    """
-    first = candidates[0]
-    best = min(candidates, key=lambda able: (bool(able.refusal), able.bounds[0]))
-    if best is first:
-        return best
-    words = f"explicit analyses by {best.analysis.name}, "
-    if first.refusal:
-        words += f"since {first.analysis.name} would take {first.memory_bytes / 1e9:.3g} GB or more"
-    else:
-        words += (
-            f"which hold densities down to {best.bounds[0]:.3g} within the budgets; "
-            f"{first.analysis.name}: {first.bounds[0]:.3g}"
-        )
-    return replace(best, warnings=(words, *best.warnings))
 
 
 def _walls(cell: Cell, rho: FloatArray, least_size: float) -> FloatArray:

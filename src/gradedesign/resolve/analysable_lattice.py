@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from gradedesign.errors import ResourceError
 from gradedesign.limits.limit import stated_goals
+from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.resolve.analysable import (
     Analysable,
     analysable_bounds,
     analysable_together,
-    chosen_analysis,
 )
-from gradedesign.resolve.analysis_of_gaps import chosen_beside_gaps
 from gradedesign.resolve.planned_solid import planned_part
 from gradedesign.resolve.resolved_case import ResolvedCase, stated_zones
+from gradedesign.verify.gaps import narrowest_gap
 
 
 def analysable_lattice(
@@ -47,27 +48,35 @@ def analysable_lattice(
         load_cases=len(resolved.case.load_case),
         goals=stated_goals(resolved.limits),
     )
-    candidates = [
-        analysable_together(
-            [
-                analysable_bounds(
-                    resolved.case,
-                    zone.cell,
-                    window,
-                    resolved.layout.least,
-                    analysis,
-                    part=part,
-                    domain=resolved.domain,
-                )
-                for zone, window in zip(stated_zones(resolved), bounds, strict=True)
-            ]
-        )
-        for analysis in resolved.analyses
-    ]
+    able = analysable_together(
+        [
+            analysable_bounds(
+                resolved.case,
+                zone.cell,
+                window,
+                resolved.layout.least,
+                resolved.analysis,
+                part=part,
+                domain=resolved.domain,
+            )
+            for zone, window in zip(stated_zones(resolved), bounds, strict=True)
+        ]
+    )
+    if able.refusal:
+        raise ResourceError(f"{resolved.case.where('run.memory')}: {able.refusal}")
     if resolved.case.run.stop_after != "verdict":
-        chosen = chosen_analysis(candidates)
-    else:
-        chosen = chosen_beside_gaps(candidates, resolved.part.surface)
-    if chosen.refusal:
-        raise ResourceError(f"{resolved.case.where('run.memory')}: {chosen.refusal}")
-    return chosen
+        return able
+    return replace(able, warnings=(*joined_faces(able, resolved.part.surface), *able.warnings))
+
+
+def joined_faces(able: Analysable, surface: SurfaceMesh) -> tuple[str, ...]:
+    """A warning where elements join faces of the part that are close to each other across void."""
+    gap = narrowest_gap(surface, able.analysis.closes * able.spacing)
+    if gap is None:
+        return ()
+    where = ", ".join(f"{value:.4g}" for value in gap.middle)
+    return (
+        f"faces of the part are {gap.width:.3g} mm apart at ({where}) mm: elements of "
+        f"{able.spacing:.3g} mm join them, so that the explicit analysis is too stiff there; a "
+        f"smaller [run] explicit_mesh_size or a wider gap keeps them apart",
+    )

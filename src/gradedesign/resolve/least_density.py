@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,7 +50,7 @@ class Need:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Needs:
-    """Grids and needs of all densities, with so many elements across a wall."""
+    """Grids and needs of all densities."""
 
     spacings: FloatArray
     needs: Sequence[Need]
@@ -84,27 +84,3 @@ def need_of(
         finer_seconds=seconds(finer),
         other_seconds=USUAL_ITERATIONS * seconds(own) + seconds(coarse),
     )
-
-
-def least_fitting(
-    look: Callable[[float, int], Needs], wanted: Callable[[int], float]
-) -> tuple[int, float, Needs] | None:
-    """Least density that fits with as many elements as its walls need, this number and the needs.
-
-    The number of elements that a wall needs changes with density in steps, up and down: the fewest
-    are tried first, and a density that fits with them counts if its walls need no more.
-    """
-    to_try, tried = sorted({wanted(0), wanted(SAMPLES // 2)}), set[float]()
-    while to_try:
-        per_wall = to_try.pop(0)
-        tried.add(per_wall)
-        seen = look(per_wall, 0)
-        if not seen.fits.any():
-            return None
-        least = int(np.argmax(seen.fits))
-        own = wanted(least)
-        if own <= per_wall:
-            return least, per_wall, look(per_wall, least)
-        if own not in tried:
-            to_try = sorted({*to_try, own})
-    return None

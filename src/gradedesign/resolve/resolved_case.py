@@ -29,7 +29,7 @@ from gradedesign.part.part import Part
 from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.resolve.exclusion import judging_zones
 from gradedesign.resolve.expected_design import expected_design
-from gradedesign.resolve.explicit_analysis import explicit_analyses
+from gradedesign.resolve.explicit_analysis import explicit_analysis
 from gradedesign.resolve.fitting_part import fitting_part
 from gradedesign.resolve.lattice_files import LatticeFile, lattice_files, require_writable
 from gradedesign.resolve.linear_solver import linear_solver
@@ -76,7 +76,7 @@ class ResolvedCase:
         Of the part.
     surface_mesher : Mesher
         Of the acceptance.
-    analyses : tuple of ExplicitAnalysis
+    analysis : ExplicitAnalysis
         That the case allows, in the order of preference.
     lattice_files : tuple of LatticeFile
         Files of the printed lattice.
@@ -103,7 +103,7 @@ class ResolvedCase:
     balances: tuple[LoadBalance, ...]
     mesher: Mesher
     surface_mesher: Mesher
-    analyses: tuple[ExplicitAnalysis, ...]
+    analysis: ExplicitAnalysis
     lattice_files: tuple[LatticeFile, ...]
     limits: tuple[StatedLimit, ...]
     warnings: tuple[str, ...]
@@ -172,7 +172,7 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
     files, solver = lattice_files(case, registry), linear_solver(case, registry)
     mesher = _mesher(case, registry, "part.mesher", case.part.mesher or PYTETWILD.name)
     surface_mesher = _mesher(case, registry, "run.mesher", case.run.mesher)
-    analyses = explicit_analyses(case, registry)
+    analysis = explicit_analysis(case, registry)
     # Reading comes before what may take seconds: a damaged file is found at once.
     case, part = fitting_part(case, registry)
     with locating(case, "lattice.cell"):
@@ -205,7 +205,7 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
         balances=balances,
         mesher=mesher,
         surface_mesher=surface_mesher,
-        analyses=analyses,
+        analysis=analysis,
         lattice_files=files,
         limits=stated_limits(registry.limits, case, material),
         warnings=(

@@ -18,13 +18,13 @@ from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import TetSpace
 from gradedesign.fe.stiffness import AnisotropicStiffness, IsotropicStiffness, mean_of
-from gradedesign.loop.analysed import Analysed
 from gradedesign.loop.graded_cells import with_cells
 from gradedesign.loop.iteration_steps import corrected_model
 from gradedesign.output.calculix import Deck, DeckStep, write_calculix
 from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.solid import solid_stiffness
+from gradedesign.results.shown import Shown
 from gradedesign.sizing.homogenised import mass_density, solve_homogenised
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.sizing.lattice_stiffness import effective_stiffness
@@ -47,7 +47,7 @@ def write_decks(
     *,
     rho: FloatArray | None,
     correction: Correction,
-    analysed: Analysed | None,
+    printed: Shown | None,
 ) -> tuple[str, ...]:
     """Write a deck of every model that was analysed; return warnings.
 
@@ -61,16 +61,17 @@ def write_decks(
         Design.
     correction : Correction
         Of the homogenised model.
-    analysed : Analysed, optional
-        The design's explicit analysis.
+    printed : Shown, optional
+        The printed lattice.
     """
     problem = setup.problem
     warnings: tuple[str, ...] = ()
     _solid(out, problem, setup.solutions, files)
     if rho is not None:
         warnings += _homogenised(out, setup, rho, correction, files)
-    if analysed is not None:
-        warnings += _explicit(out, problem, analysed.solid, analysed.result.solved, files)
+    if printed is not None:
+        solved = None if printed.remeshed is None else printed.remeshed.solved
+        warnings += _explicit(out, problem, printed.analysed.solid, solved, files)
     return warnings
 
 
@@ -130,14 +131,14 @@ def _explicit(
     out: RunFolder,
     problem: Problem,
     solid: PrintedSolid,
-    solved: SolvedSolid,
+    solved: SolvedSolid | None,
     files: dict[str, str],
 ) -> tuple[str, ...]:
-    """``explicit.inp``: the printed lattice on the tetrahedra of its explicit analysis."""
+    """``explicit.inp``: the printed lattice on the tetrahedra of its acceptance."""
     if not isinstance(solved, TetFields):
         return (
-            f"explicit.inp is not written: the analysis '{problem.analysis.name}' has no "
-            'tetrahedra that follow the lattice; CalculiX needs [run] analysis = "tets"',
+            "explicit.inp is not written: the printed surface was not meshed as a whole; a design "
+            'that is accepted with [run] acceptance = "whole" has its deck',
         )
     space = solved.space
     cases = case_loads(space, solid.case.load_case, solid.regions, solved.facets)

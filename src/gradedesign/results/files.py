@@ -80,10 +80,9 @@ def write_outputs(
         if density is None:
             write_solid_vtu(out, problem, setup.solutions, files)
         if "inp" in problem.case.output.formats:
-            analysed = None if shown is None else shown.analysed
             learned = _learned(iterations, density)
             warnings += write_decks(
-                out, setup, files, rho=density, correction=learned, analysed=analysed
+                out, setup, files, rho=density, correction=learned, printed=shown
             )
         if density is not None:
             warnings += _density_files(out, problem, density, files)

@@ -12,7 +12,7 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.resolve.print_checks import check_printed
 from gradedesign.resolve.problem import Problem
 from gradedesign.verify.analysis import SurfaceFields
-from gradedesign.verify.explicit import governing_load_case
+from gradedesign.verify.explicit import ExplicitResult, governing_load_case
 from gradedesign.verify.printability import Printability
 from gradedesign.verify.printed_body import PrintedBody, measure_printed
 
@@ -36,6 +36,8 @@ class Shown:
         How it is made, where the case has ``[print]``.
     rows : tuple of LimitRow
         Limits by the explicit analysis, with bands; empty where acceptance judged the design.
+    remeshed : ExplicitResult or None
+        Its acceptance, where its whole surface was meshed.
     """
 
     rho: FloatArray
@@ -45,6 +47,7 @@ class Shown:
     printed: PrintedBody
     printability: Printability | None
     rows: tuple[LimitRow, ...] = ()
+    remeshed: ExplicitResult | None = None
 
 
 def shown_of(
@@ -53,8 +56,9 @@ def shown_of(
     analysed: Analysed,
     surface: SurfaceMesh,
     rows: tuple[LimitRow, ...] = (),
+    remeshed: ExplicitResult | None = None,
 ) -> Shown:
-    """Measure the exported surface of an analysed design; ``rows`` as in `Shown`."""
+    """Measure the exported surface of an analysed design; the last two as in `Shown`."""
     solved = analysed.result.solved
     fields = solved.surface_fields(governing_load_case(analysed.result))
     printed = measure_printed(
@@ -70,6 +74,7 @@ def shown_of(
         surface=surface,
         fields=fields,
         printed=replace(printed, joints_mm3=joint_volume(analysed.design)),
+        remeshed=remeshed,
         printability=check_printed(problem.case, problem.part.surface, surface, printed.thickness),
         rows=rows,
     )

@@ -98,7 +98,7 @@ def nothing_meshed(words: str, left_out: int = 0) -> Acceptance:
     )  # fmt: skip
 
 
-def choose_scope(requested: str, surface_tets: float, time_s: float) -> str:
+def choose_scope(requested: str, tets: float, time_s: float) -> str:
     """Whole where the mesher is predicted to end in a sixtieth of the time the case states.
 
     The time that is left plays no part: what is judged must not depend on how busy the machine is.
@@ -106,15 +106,14 @@ def choose_scope(requested: str, surface_tets: float, time_s: float) -> str:
     Parameters
     ----------
     requested : {"auto", "whole", "submodels"}
-    surface_tets : float
-        `Discretisation.surface_tets` of the explicit analysis.
+    tets : float
+        That the mesher is expected to make of the whole surface.
     time_s : float, s
         [run] time.
     """
     if requested != "auto":
         return requested
-    seconds = surface_tets / EDGE_PER_SPACING**3 / TETWILD_RATE
-    return "whole" if seconds < MESHER_SHARE * time_s else "submodels"
+    return "whole" if tets / TETWILD_RATE < MESHER_SHARE * time_s else "submodels"
 
 
 def accept_whole(
@@ -134,8 +133,6 @@ def accept_whole(
     division = Discretisation(
         made_by=solid.mesher.name,
         mesh_size=EDGE_PER_SPACING * meshed.size,
-        surface_size=meshed.size,
-        surface_tets=mesh.tets.shape[1],
         unknowns=0,
         requested=EDGE_PER_SPACING * size,
         dropped_components=dropped,

@@ -8,7 +8,6 @@ from time import perf_counter
 
 import numpy as np
 
-from gradedesign.cell.cell import Cell
 from gradedesign.finite_cell.analysis import solve_divided
 from gradedesign.finite_cell.stress import solid_parts
 from gradedesign.verify.analysis import (
@@ -25,22 +24,12 @@ from gradedesign.verify.bricks_within_budget import (
     predict_memory,
 )
 from gradedesign.verify.finite_cell_fields import FiniteCellFields
-from gradedesign.verify.grid_resolution import LAYER_ELEMENTS
-from gradedesign.verify.grid_resolution import elements_per_wall as tets_per_wall
+from gradedesign.verify.grid_resolution import PER_SHEET, elements_per_wall
 from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.verify.spacing_for import spacing_for
-from gradedesign.verify.tets import TETS_PER_GRID_CELL
 
 log = logging.getLogger(__name__)
 
-#: Grid of tetrahedra that resolves the same sheets, over the edge of a brick: quadratic finite
-#: cells of 1.4 walls displace a gyroid sheet within 3 % (8 bricks a cell at density 0.3), where
-#: stuffing takes grid cells of 0.8 walls.
-SURFACE_PER_BRICK = 0.56
-#: What stuffing needs this many grid cells across is a strut, which needs this share of as many
-#: bricks: struts of the cell sc bend 18, 10 and 2 % too little or too much with 1.1, 1.5 and 1.8
-#: bricks across, since facets between sub-cells take volume off them.
-STRUT, BRICKS_PER_STRUT = 2.0, 0.9
 #: Order of the error of displacement and work in the spacing: the least, the usual and the most
 #: that was observed; less than 1 where plates meet sheets in re-entrant edges and one cell is
 #: across.
@@ -77,15 +66,12 @@ def solve_finite_cells(
     result = solve_divided(problem, elements, divided.space)
     for note in result.notes:
         log.info("%s", note)
-    surface_size = SURFACE_PER_BRICK * result.spacing
     return FiniteCellFields(
         result=result,
         field=problem.field,
         division=Discretisation(
             made_by="finite cells",
             mesh_size=result.spacing,
-            surface_size=surface_size,
-            surface_tets=TETS_PER_GRID_CELL * result.volume / surface_size**3,
             unknowns=result.unknowns,
             requested=divided.requested,
             refused=divided.refused,
@@ -102,13 +88,11 @@ def estimate(planned: PlannedSolid, spacing: float) -> AnalysisEstimate:
     edges = np.ceil(np.asarray(planned.box) / spacing)
     bricks = float(edges.prod())
     unknowns = int(min(touched_unknowns(planned, spacing), 3.0 * float((2.0 * edges + 1.0).prod())))
-    surface_tets = TETS_PER_GRID_CELL * planned.volume / (SURFACE_PER_BRICK * spacing) ** 3
     return AnalysisEstimate(
         unknowns=unknowns,
         memory_bytes=predict_memory(unknowns),
         mesh_s=BRICK_S * bricks,
         solve_s=UNKNOWN_S * unknowns * (1.0 + MORE_CASES * (planned.load_cases - 1)),
-        surface_tets=surface_tets,
     )
 
 
@@ -141,16 +125,6 @@ def fitted_spacing(planned: PlannedSolid, spacing: float, memory_bytes: float) -
     return float((box / np.ceil(box / spacing * (1.0 - 1e-9))).max())
 
 
-def elements_per_wall(cell: Cell, rho: float) -> float:
-    """Bricks across the thinnest wall or strut of a cell for 2 to 3 % in displacement."""
-    return tets_per_wall(cell, rho) * bricks_per_grid_cell(cell, rho)
-
-
-def bricks_per_grid_cell(cell: Cell, rho: float) -> float:
-    """Bricks along an edge of stuffing's grid for walls that both resolve."""
-    return BRICKS_PER_STRUT if tets_per_wall(cell, rho) >= STRUT else SURFACE_PER_BRICK
-
-
 #: Quadratic finite cells, ``[run] analysis = "finite-cells"``.
 FINITE_CELLS = ExplicitAnalysis(
     name="finite-cells",
@@ -158,7 +132,7 @@ FINITE_CELLS = ExplicitAnalysis(
     estimate=estimate,
     fitted_spacing=fitted_spacing,
     elements_per_wall=elements_per_wall,
-    elements_per_layer=SURFACE_PER_BRICK * LAYER_ELEMENTS,
+    elements_per_layer=PER_SHEET,
     coarsest=COARSEST,
     affordable=AFFORDABLE,
     closes=CLOSES,

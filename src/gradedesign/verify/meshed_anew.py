@@ -17,6 +17,8 @@ log = logging.getLogger(__name__)
 
 #: Edge of the mesher's tetrahedra over the surface size of the explicit analysis.
 EDGE_PER_SPACING = 1.2
+#: Tetrahedra for each cube of solid with their edge: where walls are two or three of them thick.
+TETS_PER_CUBE = 14.0
 #: The mesher's envelope as a share of the surface size.
 ENVELOPE = 0.06
 #: Chord within which the surface is first given fewer triangles, as a share of the surface size:
@@ -49,6 +51,18 @@ class MeshedAnew:
     attempts: tuple[str, ...]
     seconds: float
     size: float
+
+
+def mesher_tets(volume: float, size: float) -> float:
+    """Tetrahedra that the mesher is expected to make of a solid.
+
+    Parameters
+    ----------
+    volume : float, mm^3
+    size : float, mm
+        Surface size of the explicit analysis.
+    """
+    return TETS_PER_CUBE * volume / (EDGE_PER_SPACING * size) ** 3
 
 
 def mesh_anew(

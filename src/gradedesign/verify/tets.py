@@ -1,10 +1,9 @@
-"""Quadratic tetrahedra as an explicit analysis: stuffed from the field, or of any mesh."""
+"""Quadratic tetrahedra of a printed solid: what a mesher makes of its surface, whole or in part."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
-from time import perf_counter
 
 import numpy as np
 
@@ -16,38 +15,23 @@ from gradedesign.fe.load_case import (
     mechanical_force,
     work_of,
 )
-from gradedesign.fe.solve import predict_memory_bytes, solve_elastic
+from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import tet_space
 from gradedesign.mesh.tet_mesh import TetMesh
 from gradedesign.part.part_mesh import region_facets
 from gradedesign.part.regions import Region
-from gradedesign.verify.analysis import (
-    AnalysisEstimate,
-    Discretisation,
-    ExplicitAnalysis,
-    PlannedSolid,
-    Resolution,
-)
-from gradedesign.verify.explicit_mesh import (
-    dividing_spacing,
-    fitting_spacing,
-    mesh_lattice,
-    predict_unknowns,
-)
-from gradedesign.verify.grid_resolution import LAYER_ELEMENTS, elements_per_wall
-from gradedesign.verify.mesh_within_budget import COARSEST, mesh_within_budget
+from gradedesign.verify.analysis import Discretisation
 from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.verify.tet_fields import TetFields, solid_stiffness
 from gradedesign.workspace.progress import report_step
 
-#: Tetrahedra per solid volume of one grid cell, and unknowns per tetrahedron, of walls two to
-#: three elements thick: measured 13.2 to 13.8 and 4.8 to 5.0 on the cases mini and size-graded.
-TETS_PER_GRID_CELL, DOFS_PER_TET = 14.0, 5.1
-#: Seconds for each element of the grid (sampling its field, stuffing, snapping), for each unknown
-#: (assembly, multigrid and the first load case), and what each further load case adds as a share of
-#: the latter; they are solved in pairs, on one hierarchy. Measured on two idle cores: 4 to
-#: 6.5e-5 and 8.4 to 9.2e-6, from 0.16 M unknowns (cases/mini) over 0.36 M (cases/bracket) to 2.9 M.
-GRID_CELL_S, UNKNOWN_S, MORE_CASES = 0.5e-4, 0.9e-5, 0.45
+#: Unknowns per quadratic tetrahedron of a lattice: walls two to three elements thick have 4.8 to
+#: 5.0.
+DOFS_PER_TET = 5.1
+#: Seconds for each unknown (assembly, multigrid and the first load case), and what each further
+#: load case adds as a share of it; they are solved in pairs, on one hierarchy. Measured on two idle
+#: cores: 8.4 to 9.2e-6, from 0.16 to 2.9 M unknowns.
+UNKNOWN_S, MORE_CASES = 0.9e-5, 0.45
 
 
 def solve_tets(
@@ -118,74 +102,6 @@ def facets_of_regions(
     return by_region
 
 
-def solve_stuffed(
-    solid: PrintedSolid, resolution: Resolution, say: Callable[[str], None]
-) -> TetFields:
-    """Stuff the lattice with tetrahedra and solve every load case on them."""
-    began = perf_counter()
-    design, memory = solid.design, solid.case.run.memory
-    bodies = design.domain.bodies
-    if resolution.coarsest is None:
-        made = mesh_lattice(design, resolution.spacing, memory_limit_bytes=memory, bodies=bodies)
-    else:
-        made = mesh_within_budget(
-            design,
-            resolution.spacing,
-            coarsest=resolution.coarsest,
-            memory_limit_bytes=memory,
-            bodies=bodies,
-            on_refusal=say,
-        )
-    division = Discretisation(
-        made_by="stuffing",
-        mesh_size=made.spacing,
-        surface_size=made.spacing,
-        surface_tets=made.mesh.tets.shape[1],
-        unknowns=0,
-        requested=made.requested,
-        refused=made.refused,
-        dropped_components=made.dropped_components,
-        seconds=perf_counter() - began,
-    )
-    return solve_tets(made.mesh, solid, division, 0.5 * made.spacing)
-
-
-def estimate(planned: PlannedSolid, spacing: float) -> AnalysisEstimate:
-    """Size of the analysis on a grid of a spacing, mm."""
-    counts = np.ceil(np.asarray(planned.box) / spacing) + 4
-    tets = TETS_PER_GRID_CELL * planned.volume / spacing**3
-    unknowns = int(tets * DOFS_PER_TET)
-    return AnalysisEstimate(
-        unknowns=unknowns,
-        memory_bytes=predict_memory_bytes(predict_unknowns(planned.volume, spacing), 2),
-        mesh_s=GRID_CELL_S * float(counts.prod()),
-        solve_s=solve_seconds(unknowns, planned.load_cases),
-        surface_tets=tets,
-    )
-
-
 def solve_seconds(unknowns: float, load_cases: int) -> float:
     """Seconds of solving every load case on two idle cores, s."""
     return UNKNOWN_S * unknowns * (1.0 + MORE_CASES * (load_cases - 1))
-
-
-def fitted_spacing(planned: PlannedSolid, spacing: float, memory_bytes: float) -> float:
-    """Cube that `solve_stuffed` takes, mm: one that the memory holds and that divides the box."""
-    fitting = fitting_spacing(planned.volume, memory_bytes)
-    if spacing < fitting <= COARSEST * spacing:
-        spacing = fitting
-    return dividing_spacing(planned.box, spacing, fitting)
-
-
-#: Body-fitted quadratic tetrahedra by isosurface stuffing, ``[run] analysis = "tets"``.
-STUFFED_TETS = ExplicitAnalysis(
-    name="tets",
-    solve=solve_stuffed,
-    estimate=estimate,
-    fitted_spacing=fitted_spacing,
-    elements_per_wall=elements_per_wall,
-    elements_per_layer=LAYER_ELEMENTS,
-    least_per_wall=LAYER_ELEMENTS / COARSEST,
-    coarsest=COARSEST,
-    uses_solver=True,
-)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from gradedesign.cell.cell import Cell
 from gradedesign.verify.analysis import AnalysisEstimate, ExplicitAnalysis, PlannedSolid
-from gradedesign.verify.finite_cells import FINITE_CELLS, UNKNOWN_S, bricks_per_grid_cell
+from gradedesign.verify.finite_cells import FINITE_CELLS, UNKNOWN_S
 
 #: One spacing over the next finer one.
 RATIO = 1.5
@@ -25,7 +25,7 @@ SURFACE_BYTES = 180
 DUAL, DUAL_BYTES = 0.5, 8
 
 
-def first_spacing(analysis: ExplicitAnalysis, spacing: float, cell: Cell, rho: float) -> float:
+def first_spacing(analysis: ExplicitAnalysis, spacing: float, cell: Cell) -> float:
     """Edge of the first bricks, mm: as fine as the explicit analysis of the iterations.
 
     Parameters
@@ -33,15 +33,10 @@ def first_spacing(analysis: ExplicitAnalysis, spacing: float, cell: Cell, rho: f
     analysis : ExplicitAnalysis
         Of the iterations.
     spacing : float, mm
-        Of a finite-cell analysis its bricks; of any other the grid of tetrahedra that it resolves
-        walls like.
+        Edge of its elements.
     cell : Cell
-    rho : float
-        Least relative density.
     """
-    if analysis.name == FINITE_CELLS.name:
-        return spacing
-    return spacing / bricks_per_grid_cell(cell, rho)
+    return spacing * analysis.elements_per_wall(cell) / FINITE_CELLS.elements_per_wall(cell)
 
 
 def whole_estimates(
