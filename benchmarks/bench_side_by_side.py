@@ -5,6 +5,12 @@ is forced on every run, as a user's setting is. Each turn runs one alone and the
 ratio compares neighbours in time; medians of the turns. Processor time shows threads that spin.
 Others on the machine change wall times, so the cores that they keep busy stand beside (Linux).
 At most 1.3 times the wall time is wanted on two idle cores.
+
+Three turns on two cores of which others kept 1.0 to 1.7 busy, where one alone takes all that is
+left, so that twice the wall time is what two of them need: libtbb absent, 33 to 147 s alone, 1.85
+times for two (1.13, 1.99, 1.85) at 0.93 times the processor time a run (0.93, 0.83, 1.02);
+present, 31 to 69 s alone, 1.57 times (1.06, 1.57, 1.98) at 1.08 times (0.97, 1.10, 1.08). Threads
+that wait for each other take no processor time with either.
 """
 
 from __future__ import annotations
