@@ -401,3 +401,29 @@ def test_scripts_import_what_exists(tmp_path, monkeypatch):
     script = tmp_path / "script.py"
     script.write_text("def f():\n    from gradedesign.fe.stress import von_mises, no_such\n")
     assert list(missing_names(script)) == ["script.py: gradedesign.fe.stress.no_such"]
+
+
+def test_messages_of_the_library_name_no_option():
+    """They are read in Python too; `cli.options` says the option where a command prints them."""
+    option = re.compile(r"(?<![\w-])(?:--[a-z][a-z-]+|-o)(?![\w-])")
+    wrong = []
+    for path in MODULES:
+        if "cli" in path.relative_to(SOURCE).parts:
+            continue
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        shown = {id(d) for node in ast.walk(tree) for d in [docstring_of(node)] if d is not None}
+        for node in ast.walk(tree):
+            text = node.value if isinstance(node, ast.Constant) else ""
+            if not isinstance(text, str) or id(node) in shown or " " not in text:
+                continue
+            # A whole command may be named.
+            if option.search(text) and "gradedesign " not in text:
+                wrong.append(f"{short(path)}:{node.lineno}: {option.search(text)[0]}")
+    assert wrong == []
+
+
+def docstring_of(node):
+    """The constant that holds the docstring of a node, or any text that stands alone."""
+    return (
+        node.value if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) else None
+    )

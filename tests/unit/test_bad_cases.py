@@ -441,7 +441,7 @@ def test_part_outside_the_folder_is_refused(tmp_path, name):
     (inside / "folder").symlink_to(tmp_path)
     message = refusal(inside, with_file(name))
     assert "case.toml:4: part.file: " in message
-    assert "--allow-outside" in message
+    assert "allow_outside=True" in message
 
 
 @pytest.mark.parametrize("name", ["../part.stl", "link.stl", "{full}"])

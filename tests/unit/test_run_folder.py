@@ -119,7 +119,7 @@ def test_results_are_kept_unless_told_otherwise(tmp_path):
         run.write_text("result.json", "first")
         run.save_stage("sizing-3", "k", {"rho": np.arange(3.0)}, {})
     (folder / "notes.txt").write_text("of the user")
-    with pytest.raises(CaseError, match="--resume"):
+    with pytest.raises(CaseError, match="resume=True"):
         opened(folder)
     with pytest.raises(CaseError, match="exclude"):
         opened(folder, resume=True, overwrite=True)
@@ -163,7 +163,7 @@ def test_a_damaged_manifest_is_refused_until_overwritten(tmp_path, content):
     with opened(tmp_path / "run") as run:
         run.write_text("a.txt", "a")
     (tmp_path / "run" / "run.json").write_text(content)
-    with pytest.raises(CaseError, match="--overwrite"):
+    with pytest.raises(CaseError, match="overwrite=True"):
         opened(tmp_path / "run", resume=True)
     opened(tmp_path / "run", overwrite=True).close()
 

@@ -8,7 +8,8 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from gradedesign.case.suggest import instead, listed, shown
 
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
-_OPTION = "--allow-outside"
+#: Argument of what reads a case; a command says its option, see `cli.options`.
+_ARGUMENT = "allow_outside=True"
 #: Suffixes of images, of which one stands for its stack.
 IMAGES = (".png", ".tif", ".tiff")
 
@@ -140,7 +141,7 @@ def _followed(text: str, *, folder: Path, allow_outside: bool) -> tuple[Path, bo
     if outside and not allow_outside:
         raise ValueError(
             f"found {shown(text)}, a link that leads outside the folder of the case; copy the "
-            f"part there, or run with {_OPTION}"
+            f"part there, or allow it with {_ARGUMENT}"
         )
     return path, exists, is_file
 
@@ -151,13 +152,13 @@ def _check_form(text: str) -> None:
     if text.startswith("~"):
         raise ValueError(
             f"found {shown(text)}; ~ is not expanded: write a path below the folder of the case, "
-            f"or a full path together with {_OPTION}"
+            f"or a full path together with {_ARGUMENT}"
         )
     drive = re.match(r"[A-Za-z]:[\\/]", text) is not None
     if _SCHEME.match(text) and not drive:
         raise ValueError(
             f"found {shown(text)}, an address; expected a path below the folder of the case, or "
-            f"a full path together with {_OPTION}"
+            f"a full path together with {_ARGUMENT}"
         )
 
 
@@ -167,7 +168,7 @@ def _check_inside(text: str) -> None:
     if rooted or ".." in posix.parts or ".." in windows.parts:
         raise ValueError(
             f"found {shown(text)}, which leads outside the folder of the case; copy the part "
-            f"there, or run with {_OPTION}"
+            f"there, or allow it with {_ARGUMENT}"
         )
 
 

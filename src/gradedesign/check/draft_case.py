@@ -134,7 +134,7 @@ def draft_case(
             box = " x ".join(f"{edge:.4g}" for edge in np.ptp(raw.corners.reshape(-1, 3), axis=0))
             raise CaseError(
                 f"{path.name} carries no unit, and its box is {box} of them; state one of "
-                f"{', '.join(f'--units {unit}' for unit in UNITS)}"
+                + ", ".join(f'units="{unit}"' for unit in UNITS)
             )
     part = read_part(identity, readers)
     groups = cylinder_groups(part.faces)

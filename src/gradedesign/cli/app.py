@@ -20,6 +20,7 @@ from typer.core import TyperGroup
 
 from gradedesign.cli.interrupt import Interruption
 from gradedesign.cli.loading import loading_lines
+from gradedesign.cli.options import with_options
 from gradedesign.cli.read_first import require_case_text, require_generate_text
 from gradedesign.errors import GradeDesignError, Interrupted, PluginError, ResourceError
 
@@ -469,7 +470,7 @@ def _fail(message: str, code: int, *, debug: bool) -> NoReturn:
     """Print an error's message, and its traceback if asked for, and exit."""
     if debug:
         traceback.print_exc()
-    typer.echo(f"error: {message}", err=True)
+    typer.echo(f"error: {with_options(message)}", err=True)
     sys.exit(code)
 
 

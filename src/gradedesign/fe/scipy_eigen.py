@@ -46,7 +46,7 @@ def scipy_extremes(problem: EigenProblem) -> tuple[ExtremeValue, ExtremeValue | 
     except ArpackError as error:
         raise SolverError(
             f"the lowest buckling load was not found by scipy's eigsh ({error}); take "
-            f"--eigen-solver lanczos or another macroscopic stress"
+            f"the eigenvalue solver lanczos or another macroscopic stress"
         ) from error
     largest = float(np.abs(values).max())
 

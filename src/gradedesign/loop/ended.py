@@ -132,7 +132,7 @@ def require_time(iteration: int, deadline: Deadline, least_s: float) -> None:
         raise NoTimeError(
             f"[run] time of {deadline.seconds:.4g} s ended the run before the acceptance of "
             f"iteration {iteration}, which takes about {least_s:.0f} s where {remaining:.0f} s are "
-            f"left; about {_rounded(least_s - remaining)} s more and --resume judge it"
+            f"left; about {_rounded(least_s - remaining)} s more, with the run resumed, judge it"
         )
 
 

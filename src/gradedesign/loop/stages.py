@@ -38,8 +38,8 @@ def open_stages(path: Path, case: CaseIdentity, *, resume: bool, overwrite: bool
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise CaseError(
-            f"cannot make {path.parent} for the run folder: {error.strerror}; choose another "
-            f"folder with -o"
+            f"cannot make {path.parent} for the run folder: {error.strerror}; take another "
+            f"folder=..."
         ) from error
     return open_run_folder(path, case.case_hash, resume=resume, overwrite=overwrite)
 

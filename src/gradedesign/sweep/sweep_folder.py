@@ -58,8 +58,8 @@ def open_sweep(folder: Path) -> Iterator[Path]:
     foreign = sorted(name for name in names if not name.startswith("."))
     if foreign and _DESIGNS not in names:
         raise CaseError(
-            f"{path} is not empty ({foreign[0]}, ...) and not the folder of a sweep; choose "
-            f"another one with -o"
+            f"{path} is not empty ({foreign[0]}, ...) and not the folder of a sweep; take "
+            f"another folder=..."
         )
     lock = RunLock.acquire(path)
     try:

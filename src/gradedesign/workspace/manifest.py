@@ -87,11 +87,11 @@ def read_manifest(folder: Path) -> Manifest | None:
         return None
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as cause:
         raise CaseError(
-            f"{path} cannot be read ({cause!r}): damaged; discard the run with --overwrite"
+            f"{path} cannot be read ({cause!r}): damaged; discard the run with overwrite=True"
         ) from cause
     if schema != _SCHEMA:
         raise CaseError(
             f"{path} has schema {schema}, expected {_SCHEMA}: the run is of another version; "
-            "discard it with --overwrite"
+            "discard it with overwrite=True"
         )
     return Manifest(case_hash=case_hash, artefacts=artefacts)

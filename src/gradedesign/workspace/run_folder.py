@@ -277,7 +277,7 @@ def _prepare(folder: Path, case_hash: str, *, resume: bool, overwrite: bool) -> 
         manifest = None
     names = sorted(child.name for child in folder.iterdir())
     foreign = [name for name in names if name not in (LOCK_NAME, OWNER_NAME, MANIFEST_NAME)]
-    advice = "choose another folder with -o, or discard what is there with --overwrite"
+    advice = "take another folder=..., or discard what is there with overwrite=True"
     if manifest is None and foreign and not overwrite:
         raise CaseError(
             f"{folder} is not empty ({foreign[0]}, ...) and not the folder of a run; {advice}"
@@ -289,7 +289,7 @@ def _prepare(folder: Path, case_hash: str, *, resume: bool, overwrite: bool) -> 
                 f"{case_hash[:12]}): the case or its part file changed; {advice}"
             )
         if foreign and not resume:
-            raise CaseError(f"{folder} holds results already; go on with --resume, or {advice}")
+            raise CaseError(f"{folder} holds results already; go on with resume=True, or {advice}")
         if foreign:
             log.info("resuming the run in %s", folder)
             return
@@ -304,7 +304,7 @@ def _require_same(path: Path, digest: str, written: str) -> None:
         raise ResourceError(
             f"{path} changed after it was written: its SHA-256 is {digest[:12]}..., expected "
             f"{written[:12]}...; another program wrote there, or the disk is damaged. Nothing is "
-            "judged on it: leave the folder of a run alone while it runs, and go on with --resume"
+            "judged on it: leave the folder of a run alone while it runs, and resume it"
         )
 
 

@@ -92,7 +92,7 @@ def _take_over(folder: Path) -> None:
 def _in_use(folder: Path, owner: dict[str, Any]) -> CaseError:
     who = f"process {owner.get('pid')} on {owner.get('host')}" if owner else "another process"
     return CaseError(
-        f"{folder} is in use by {who}; wait for that run, choose another folder with -o, or remove "
+        f"{folder} is in use by {who}; wait for that run, take another folder=..., or remove "
         f"{folder / LOCK_NAME} and {OWNER_NAME} if that process is certainly gone"
     )
 

@@ -114,8 +114,8 @@ def _killed(ending: Ending, words: str) -> ResourceError:
     return ResourceError(
         f"worker {ending.module} was killed from outside (SIGKILL) while it held {memory} of the "
         f"{limit} it may take: by a person or a batch system, or by the memory guard of the "
-        f"system or the container, if that has less left than run.memory says; go on with "
-        f"--resume, on a machine with more memory or with a coarser mesh if it happens again; "
+        f"system or the container, if that has less left than run.memory says; resume the "
+        f"run, on a machine with more memory or with a coarser mesh if it happens again; "
         f"{words}"
     )
 
