@@ -17,7 +17,6 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "verification"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "cases"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 #: Spacing of the contour that tetrahedra fill, over a cell, and the distance within which
@@ -96,13 +95,17 @@ def by_calculix(solid, mesh, edge):
     """Size, work by CalculiX on tetrahedra, N mm, unknowns and volume."""
     from test_calculix_decks import displacements
 
-    from gradedesign.output.calculix import Deck, DeckStep, write_calculix
+    from gradedesign.output.analysed_model import AnalysedModel, ModelStep
+    from gradedesign_calculix.calculix import write_calculix
 
     space, stiffness, vector = model_of(solid, mesh, 0.1 * edge)
-    step = DeckStep(name="press", supports=vector.supports, force=vector.force, displacement=0.0)
+    step = ModelStep(name="press", supports=vector.supports, force=vector.force, displacement=0.0)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "block.inp"
-        write_calculix(path, Deck(title=["block"], space=space, stiffness=stiffness, steps=[step]))
+        model = AnalysedModel(
+            name="block", title=["block"], space=space, stiffness=stiffness, steps=[step]
+        )
+        write_calculix(path, model)
         # Its direct solver would take tens of gigabytes.
         words = path.read_text().replace("*STATIC", "*STATIC, SOLVER=ITERATIVE CHOLESKY")
         path.write_text(words)

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     )
     from gradedesign.fe.eigen_solver import EigenProblem, EigenSolver, ExtremeValue
     from gradedesign.fe.linear_solver import LinearAnswer, LinearSolver, LinearSystem
+    from gradedesign.fe.stiffness import AnisotropicStiffness, IsotropicStiffness
     from gradedesign.lattice.beams import BeamLattice
     from gradedesign.lattice.dense_lattice import DenseLattice, PixelField, PixelPlane
     from gradedesign.lattice.sample import checked_values
@@ -50,7 +51,9 @@ if TYPE_CHECKING:
     from gradedesign.mesh.distance_grid import DistanceBricks, distance_bricks, distance_grid
     from gradedesign.mesh.mesher import Mesher, serve_mesher
     from gradedesign.mesh.surface_mesh import SurfaceMesh
+    from gradedesign.output.analysed_model import AnalysedModel, ModelStep
     from gradedesign.output.exporter import Exporter, PlannedPrint
+    from gradedesign.output.output import FieldSet, FinishedRun, Output
     from gradedesign.output.printed_lattice import PrintedLattice, SampledPrint
     from gradedesign.part.exact_surface import ExactSurface
     from gradedesign.part.file_body import FileBody
@@ -79,8 +82,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Allowed",
+    "AnalysedModel",
     "Analysis",
     "AnalysisEstimate",
+    "AnisotropicStiffness",
     "BeamLattice",
     "CaseError",
     "CellFamily",
@@ -95,10 +100,13 @@ __all__ = [
     "ExplicitAnalysis",
     "Exporter",
     "ExtremeValue",
+    "FieldSet",
     "FileBody",
     "FileFaces",
+    "FinishedRun",
     "GradeDesignError",
     "HomogenisedState",
+    "IsotropicStiffness",
     "LatticeError",
     "LawOrigin",
     "Limit",
@@ -112,6 +120,8 @@ __all__ = [
     "Material",
     "MeshError",
     "Mesher",
+    "ModelStep",
+    "Output",
     "PartError",
     "PartReader",
     "PixelField",
@@ -183,6 +193,7 @@ _HOMES = {
     "PluginError ResourceError SolverError",
     "fe.eigen_solver": "EigenProblem EigenSolver ExtremeValue",
     "fe.linear_solver": "LinearAnswer LinearSolver LinearSystem",
+    "fe.stiffness": "AnisotropicStiffness IsotropicStiffness",
     "material.cubic_law": "cubic_law cubic_table_law",
     "material.material": "Material",
     "material.power_law": "power_law",
@@ -193,7 +204,9 @@ _HOMES = {
     "mesh.distance_grid": "DistanceBricks distance_bricks distance_grid",
     "mesh.mesher": "Mesher serve_mesher",
     "mesh.surface_mesh": "SurfaceMesh",
+    "output.analysed_model": "AnalysedModel ModelStep",
     "output.exporter": "Exporter PlannedPrint",
+    "output.output": "FieldSet FinishedRun Output",
     "output.printed_lattice": "PrintedLattice SampledPrint",
     "part.exact_surface": "ExactSurface",
     "part.file_body": "FileBody",

@@ -44,6 +44,7 @@ from gradedesign.resolve.own_cell import with_own_cell
 from gradedesign.resolve.setup import Setup, prepare
 from gradedesign.resolve.size_effects import with_size_effects
 from gradedesign.resolve.solid import solve_solid, with_solid
+from gradedesign.results.computed import Computed
 from gradedesign.results.failed import recording_failure
 from gradedesign.results.files import write_outputs
 from gradedesign.results.finished import finished_result
@@ -109,7 +110,7 @@ def run(
         if done is not None:
             announce.say("resume", f"{out.path} holds the result of this case; nothing is run")
             return done
-        with recording_failure(out, case, announce.timing, announce.finished):
+        with recording_failure(out, case, registry, announce.timing, announce.finished):
             return run_stages(case, registry, out, announce)
 
 
@@ -127,10 +128,10 @@ def run_stages(case: Case, registry: Registry, out: RunFolder, announce: Announc
     announce.warnings((*setup.solid_yields, *unsure_words(rows)))
     if any_broken(rows):
         result = infeasible_result(setup, registry, rows)
-        return write_outputs(out, setup, result, announce)
+        return write_outputs(out, setup, registry, result, announce, Computed())
     if case.run.stop_after == "solid":
         result = partial_result(setup, registry, rows, "solid")
-        return write_outputs(out, setup, result, announce)
+        return write_outputs(out, setup, registry, result, announce, Computed())
     setup = with_size_effects(oriented(setup, setup.solutions), announce.listener)
     if case.run.stop_after in ("sizing", "lattice"):
         return stop_early(setup, registry, out, announce)
@@ -151,7 +152,8 @@ def stop_early(setup: Setup, registry: Registry, out: RunFolder, announce: Annou
         )
     setup = with_cells(setup, sized.rho)
     result = partial_result(setup, registry, (), setup.problem.case.run.stop_after, sized=sized)
-    return write_outputs(out, setup, result, announce, rho=sized.rho)
+    computed = Computed(rho=sized.rho)
+    return write_outputs(out, setup, registry, result, announce, computed)
 
 
 def loop(
@@ -174,7 +176,8 @@ def loop(
     problem = setup.problem
     result = with_print_limits(result, problem.case, shown.printability, problem.material)
     result = replace(result, predicted=cost.data())
-    return write_outputs(out, setup, result, announce, shown=shown, iterations=outcome.iterations)
+    computed = Computed(shown=shown, iterations=outcome.iterations)
+    return write_outputs(out, setup, registry, result, announce, computed)
 
 
 def loop_stages(

@@ -190,7 +190,7 @@ WRONG = {
         '["step"]',
         [
             "no format named 'step'; available:",
-            "glb, obj, off, ply, png-stack, stl, vtu, inp, report",
+            "glb, obj, off, ply, png-stack, stl, inp, report, vtu",
         ],
     ),
     "misspelt format": ('["stl"]', '["stll"]', ['did you mean "stl"', "stl, vtu, inp, report"]),

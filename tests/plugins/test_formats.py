@@ -347,7 +347,7 @@ def gradedesign_exporters():
         (TWO.format(one="('.stl',)", other="('.y',)"), r"'\.stl' is read by both .*'stl' of gra"),
         (TWO.format(one="'.x'", other="('.y',)"), "expected a tuple"),
         (TWO.format(one="('.X',)", other="('.y',)"), "lower-case"),
-        (ONE.format(name="vtu", suffix=".vtu"), "writes itself"),
+        (ONE.format(name="vtu", suffix=".vtu"), "has the name of an output of gradedesign"),
         (ONE.format(name="x", suffix="/../x"), "expected a dot"),
     ],
 )

@@ -82,8 +82,10 @@ BOX = 'box = ["10 mm", "5 mm", "5 mm"]'
         (BOX + '\n[output]\nformats = ["stl", "cli-binary"]',
          "case.toml:6: output.formats: no format named 'cli-binary'; install the plugin "
          "gradedesign-layers"),
+        (BOX + '\n[output]\nformats = ["inp"]',
+         "output.formats: no format named 'inp'; install the plugin gradedesign-calculix"),
     ],
-    ids=["cell", "reader", "repairer", "exporter"],
+    ids=["cell", "reader", "repairer", "exporter", "output"],
 )  # fmt: skip
 def test_a_case_that_needs_a_plugin_is_told_which(tmp_path, cli, monkeypatch, part, words):
     monkeypatch.setenv("GRADEDESIGN_DISABLE_PLUGINS", "1")

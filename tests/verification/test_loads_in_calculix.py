@@ -20,9 +20,10 @@ from gradedesign.fe.solution import LoadVector, Solution
 from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.finite_cell import analyse
-from gradedesign.output.calculix import Deck, DeckStep, write_calculix
+from gradedesign.output.analysed_model import AnalysedModel, ModelStep
 from gradedesign.part.bore import Bore
 from gradedesign.part.regions import Region
+from gradedesign_calculix.calculix import write_calculix
 
 YOUNG, POISSON = 70e3, 0.33
 FORCE = np.array([300.0, -400.0, 1000.0])
@@ -209,10 +210,17 @@ def in_calculix(folder, body):
     """Displacements and forces of supports, ``(3, n)`` both."""
     deck = folder / "loaded.inp"
     part = body.part
-    step = DeckStep(name=part.name, supports=part.supports, force=part.force, displacement=0.0)
+    step = ModelStep(name=part.name, supports=part.supports, force=part.force, displacement=0.0)
     stiffness = uniform(body.space, YOUNG, POISSON)
     write_calculix(
-        deck, Deck(title=[body.name], space=body.space, stiffness=stiffness, steps=[step])
+        deck,
+        AnalysedModel(
+            name=body.name,
+            title=[body.name],
+            space=body.space,
+            stiffness=stiffness,
+            steps=[step],
+        ),
     )
     lines = deck.read_text(encoding="utf-8").splitlines()
     start, load = lines.index("*STEP"), lines.index("*CLOAD, OP=NEW")

@@ -20,8 +20,7 @@ from gradedesign.case.value_types import (
     Whole,
 )
 
-#: Formats that are no exporter's: fields and decks of the analyses, and the report.
-OWN_FORMATS = ("vtu", "inp", "report")
+#: Formats of a case that states none.
 _FORMATS = ("stl", "vtu", "report")
 _SOLVER, _ANALYSIS, _MESHER = "multigrid", "finite-cells", "pytetwild"
 _NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")

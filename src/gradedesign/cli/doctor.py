@@ -7,7 +7,6 @@ from typing import Any
 
 import typer
 
-from gradedesign.case.run_schema import OWN_FORMATS
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.show import print_json, print_table
 from gradedesign.output._opengl import probe_opengl
@@ -25,7 +24,7 @@ def doctor(*, strict_plugins: bool, as_json: bool) -> None:
         "plugins": [str(p) for p in registry.plugins],
         "failed_plugins": [str(f) for f in registry.failures],
         "reads": sorted(s for reader in registry.readers.values() for s in reader.suffixes),
-        "formats": [*registry.exporters, *OWN_FORMATS],
+        "formats": [*registry.exporters, *registry.outputs],
         "solvers": [*registry.solvers],
         "eigen_solvers": [*registry.eigen_solvers],
         "cores": usable_cores(),

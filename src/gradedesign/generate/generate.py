@@ -135,7 +135,7 @@ def generate(
     target = default_folder(case) if folder is None else folder
     with open_stages(target, case, resume=False, overwrite=overwrite) as out:
         announce = Announcer(on_event)
-        with recording_failure(out, case, announce.timing):
+        with recording_failure(out, case, registry, announce.timing):
             return _generate(case, registry, out, announce, density)
 
 

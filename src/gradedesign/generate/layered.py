@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from gradedesign.case.generate_schema import GenerateCase
-from gradedesign.case.run_schema import OWN_FORMATS
 from gradedesign.errors import blaming
 from gradedesign.generate.generate_files import SLABS_NAME, slab_table
 from gradedesign.generate.stated_result import StatedLattice, stated_result
@@ -43,7 +42,7 @@ def layers_alone(case: GenerateCase, formats: Sequence[LatticeFile]) -> bool:
     return (
         any(file.exporter.sample for file in formats)
         and not any(file.exporter.needs_surface for file in formats)
-        and not set(OWN_FORMATS) & set(case.output.formats)
+        and len(formats) == len(set(case.output.formats))
         and case.print is not None
         and case.print.layer_height is not None
         and case.print.model_fields_set <= _OF_LAYERS

@@ -5,10 +5,13 @@ from __future__ import annotations
 import base64
 from collections.abc import Mapping, Sequence
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gradedesign.output.output import FinishedRun, Output
 from gradedesign.output.scope_words import scope_words, symmetry_words
 from gradedesign.output.stress_numbers import stress_numbers
+from gradedesign.workspace.atomic import write_text
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -72,6 +75,16 @@ _MASSES = (
     ("share of the solid part's mass", "relative_density", ".1%"),
     ("mean relative density of the lattice", "lattice_density", ".3f"),
 )
+
+
+def write_report(run: FinishedRun) -> tuple[str, ...]:
+    """Write ``report.html``, of the finished result and its pictures."""
+
+    def render(path: Path) -> None:
+        write_text(path, render_report(run.result(), run.pictures(), run.case_text))
+
+    run.write("report.html", render, key="report")
+    return ()
 
 
 def render_report(result: RunResult, pictures: Mapping[str, bytes], case_text: str) -> str:
@@ -203,3 +216,6 @@ def _run_words(result: RunResult) -> str:
     if result.ended_by:
         words.append(f"ended because {_ENDED.get(result.ended_by, result.ended_by)}")
     return "; ".join(words)
+
+
+REPORT = Output(name="report", write=write_report, last=True)

@@ -21,10 +21,13 @@ from gradedesign.material.library import builtin_materials
 from gradedesign.material.material import Material
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.output.exporter import Exporter
+from gradedesign.output.output import Output
 from gradedesign.output.ply import export_ply
+from gradedesign.output.report import REPORT
 from gradedesign.output.stl import export_stl
 from gradedesign.output.threemf import export_3mf, export_3mf_beams
 from gradedesign.output.trimesh_formats import export_glb, export_obj, export_off
+from gradedesign.output.vtu_output import VTU
 from gradedesign.part.reader import PartReader
 from gradedesign.part.stl import read_stl
 from gradedesign.part.threemf import read_3mf
@@ -88,6 +91,12 @@ def gradedesign_exporters() -> Iterable[Exporter]:
     yield Exporter(name="ply", suffix=".ply", write=export_ply)
     yield Exporter(name="off", suffix=".off", write=export_off)
     yield Exporter(name="glb", suffix=".glb", write=export_glb)
+
+
+@hookimpl
+def gradedesign_outputs() -> Iterable[Output]:
+    """Register fields as VTU, and the report."""
+    return VTU, REPORT
 
 
 @hookimpl

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from gradedesign.case.part_schema import OWN_REPAIRS
-from gradedesign.case.run_schema import OWN_FORMATS
 from gradedesign.errors import PluginError
 from gradedesign.plugin.records import PluginSource
 
@@ -17,18 +16,18 @@ _WRITTEN = re.compile(r"(\.[a-z0-9_-]+)+")
 Shelf = Mapping[str, tuple[Any, PluginSource]]
 
 
-def check_formats(readers: Shelf, exporters: Shelf) -> None:
+def check_formats(readers: Shelf, exporters: Shelf, outputs: Shelf) -> None:
     """Check the suffixes of file formats.
 
     Parameters
     ----------
-    readers, exporters : mapping of name to (record, source)
+    readers, exporters, outputs : mapping of name to (record, source)
 
     Raises
     ------
     PluginError
-        For a suffix that is none, one that two readers take, or an exporter with the name of a
-        format that gradedesign writes itself.
+        For a suffix that is none, one that two readers take, or an exporter with the name of an
+        output.
     """
     taken: dict[str, tuple[str, PluginSource]] = {}
     for name, (reader, source) in sorted(readers.items()):
@@ -50,10 +49,10 @@ def check_formats(readers: Shelf, exporters: Shelf) -> None:
                 )
             taken[suffix] = (name, source)
     for name, (exporter, source) in sorted(exporters.items()):
-        if name in OWN_FORMATS:
+        if name in outputs:
             raise PluginError(
-                f"exporter '{name}' of {source} has the name of a format that gradedesign writes "
-                f"itself ({', '.join(OWN_FORMATS)}); rename it, for example to '<vendor>-{name}'"
+                f"exporter '{name}' of {source} has the name of an output of {outputs[name][1]}; "
+                f"uninstall one, or rename it, for example to '<vendor>-{name}'"
             )
         if not isinstance(exporter.suffix, str) or not _WRITTEN.fullmatch(exporter.suffix):
             raise PluginError(

@@ -1,7 +1,8 @@
 """Every extension point: what a plugin may register.
 
 A hook takes no argument and returns an iterable of records. It is called once, when the registry
-is built, never inside a numerical loop. The built-in records go through the same hooks.
+is built, never inside a numerical loop. The built-in records go through the same hooks. Above 300
+lines: every hook, with an example, in one place.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.mesher import Mesher
 from gradedesign.output.exporter import Exporter
+from gradedesign.output.output import Output
 from gradedesign.part.reader import PartReader
 from gradedesign.part.repairer import Repairer
 from gradedesign.verify.analysis import ExplicitAnalysis
@@ -167,6 +169,26 @@ def gradedesign_exporters() -> Iterable[Exporter]:
     ...     yield Exporter(name="corners", suffix=".corners", write=write_corners)
     >>> [exporter.name for exporter in gradedesign_exporters()]
     ['corners']
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_outputs() -> Iterable[Output]:
+    """Register files about a finished run that ``[output] formats`` can name.
+
+    Examples
+    --------
+    >>> from gradedesign import Output, hookimpl
+    >>> def write_mass(run):
+    ...     mass = run.result().mass_g
+    ...     run.write("mass.txt", lambda path: path.write_text(f"{mass} g"), key="mass")
+    ...     return ()
+    >>> @hookimpl
+    ... def gradedesign_outputs():
+    ...     yield Output(name="mass", write=write_mass)
+    >>> [output.name for output in gradedesign_outputs()]
+    ['mass']
     """
     return ()
 

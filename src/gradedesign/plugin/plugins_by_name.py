@@ -16,8 +16,8 @@ def supplied_by(kind: str, name: str) -> str:
     Parameters
     ----------
     kind : str
-        ``cell_families``, ``cell_makers``, ``exporters``, ``repairers``, ``solvers``, or
-        ``suffixes`` of part files.
+        ``cell_families``, ``cell_makers``, ``exporters``, ``outputs``, ``repairers``,
+        ``solvers``, or ``suffixes`` of part files.
     name : str
         Nothing that is loaded supplies it.
     """

@@ -14,6 +14,7 @@ from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.mesher import Mesher
 from gradedesign.output.exporter import Exporter
+from gradedesign.output.output import Output
 from gradedesign.part.reader import PartReader
 from gradedesign.part.repairer import Repairer
 from gradedesign.verify.analysis import ExplicitAnalysis
@@ -53,7 +54,7 @@ class Registry:
     ----------
     cell_families, cell_makers, scaling_laws, materials, readers : mapping
         Name to record.
-    repairers, exporters, solvers, eigen_solvers, meshers, limits, analyses : mapping
+    repairers, exporters, outputs, solvers, eigen_solvers, meshers, limits, analyses : mapping
         Name to record.
     sources : mapping of kind to mapping of name to str
         ``"distribution version"`` that supplied the record.
@@ -72,6 +73,7 @@ class Registry:
     readers: Mapping[str, PartReader]
     repairers: Mapping[str, Repairer]
     exporters: Mapping[str, Exporter]
+    outputs: Mapping[str, Output]
     solvers: Mapping[str, LinearSolver]
     eigen_solvers: Mapping[str, EigenSolver]
     meshers: Mapping[str, Mesher]

@@ -21,6 +21,7 @@ from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.mesher import Mesher
 from gradedesign.output.exporter import Exporter
+from gradedesign.output.output import Output
 from gradedesign.part.reader import PartReader
 from gradedesign.part.repairer import Repairer
 from gradedesign.plugin import builtin, hookspecs
@@ -55,6 +56,7 @@ Kind = Literal[
     "readers",
     "repairers",
     "exporters",
+    "outputs",
     "solvers",
     "eigen_solvers",
     "meshers",
@@ -79,6 +81,7 @@ _SHELVES: Mapping[Kind, _Shelf] = {
     "readers": _Shelf(PartReader, _DASHED, "part reader"),
     "repairers": _Shelf(Repairer, _DASHED, "repairer"),
     "exporters": _Shelf(Exporter, _DASHED, "exporter"),
+    "outputs": _Shelf(Output, _DASHED, "output"),
     "solvers": _Shelf(LinearSolver, _DASHED, "linear solver"),
     "eigen_solvers": _Shelf(EigenSolver, _DASHED, "eigenvalue solver"),
     "meshers": _Shelf(Mesher, _DASHED, "mesher"),
@@ -132,7 +135,7 @@ def build_registry(
             f"plugin of {source}: {error}; hooks that exist: {', '.join(sorted(hook_names()))}"
         ) from error
     shelves, more = _collect(manager, sources)
-    check_formats(shelves["readers"], shelves["exporters"])
+    check_formats(shelves["readers"], shelves["exporters"], shelves["outputs"])
     check_repairers(shelves["repairers"])
     check_limit_keys(shelves["limits"])
     failures = tuple(sorted([*failures, *more], key=str))
@@ -167,8 +170,8 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     registry : Registry
     kind : str
         ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers``,
-        ``repairers``, ``exporters``, ``solvers``, ``eigen_solvers``, ``meshers``, ``limits`` or
-        ``analyses``.
+        ``repairers``, ``exporters``, ``outputs``, ``solvers``, ``eigen_solvers``, ``meshers``,
+        ``limits`` or ``analyses``.
     name : str
 
     Raises

@@ -12,7 +12,6 @@ import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.case.locate import locating
-from gradedesign.case.run_schema import OWN_FORMATS
 from gradedesign.case.schema import CaseIdentity
 from gradedesign.case.suggest import instead
 from gradedesign.cell.cell_map import CellMap
@@ -83,12 +82,11 @@ def lattice_files(case: CaseIdentity, registry: Registry) -> tuple[LatticeFile, 
     files: list[LatticeFile] = []
     with locating(case, "output.formats"):
         for name in case.output.formats:
-            if name in OWN_FORMATS:
+            if name in registry.outputs:
                 continue
             if name not in registry.exporters:
-                near = supplied_by("exporters", name) or instead(
-                    name, [*registry.exporters, *OWN_FORMATS]
-                )
+                plugin = supplied_by("exporters", name) or supplied_by("outputs", name)
+                near = plugin or instead(name, [*registry.exporters, *registry.outputs])
                 raise absent(registry, f"no format named '{name}'; {near}")
             exporter = registry.exporters[name]
             file = f"lattice{exporter.suffix}"

@@ -10,9 +10,9 @@ from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.case.schema import Case
 from gradedesign.errors import GradeDesignError
 from gradedesign.loop.iteration import DesignIteration
-from gradedesign.output.report import render_report
 from gradedesign.output.result import RunResult
-from gradedesign.results.files import REPORT_NAME, RESULT_NAME, write_result
+from gradedesign.plugin.registry import Registry
+from gradedesign.results.files import RESULT_NAME, finished_run, stated_outputs, write_result
 from gradedesign.results.provenance import stamped
 from gradedesign.workspace.run_folder import RunFolder
 
@@ -21,17 +21,19 @@ from gradedesign.workspace.run_folder import RunFolder
 def recording_failure(
     out: RunFolder,
     case: Case | GenerateCase,
+    registry: Registry,
     timing: Callable[[], dict[str, float]],
     finished: Sequence[DesignIteration] = (),
 ) -> Iterator[None]:
     """Write ``result.json`` with the status ``failed`` before a named error goes on.
 
-    It has the rows of the last finished iteration, and then so does the report of the case.
+    It has the rows of the last finished iteration, and then so have outputs such as the report.
 
     Parameters
     ----------
     out : RunFolder
     case : Case or GenerateCase
+    registry : Registry
     timing : callable
         Seconds of each stage so far.
     finished : sequence of DesignIteration
@@ -53,11 +55,14 @@ def recording_failure(
             timing_s=timing(),
         )
         failed = stamped(out, case, failed)
-        if finished and "report" in case.output.formats:
-            failed = replace(failed, files={"report": REPORT_NAME, "result": RESULT_NAME})
-            case_text = case.path.read_text(encoding="utf-8")
-            out.write_text(REPORT_NAME, render_report(failed, {}, case_text))
-        write_result(out, failed)
+        files: dict[str, str] = {}
+        outputs = [output for output in stated_outputs(case, registry) if output.last]
+        if finished and outputs:
+            files["result"] = RESULT_NAME
+            run = finished_run(out, case, files, lambda: replace(failed, files=files))
+            for output in outputs:
+                output.write(run)
+        write_result(out, replace(failed, files=files))
         raise
 
 

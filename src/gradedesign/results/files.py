@@ -1,14 +1,18 @@
-"""Everything a run writes: result.json, log, meshes, pictures, report."""
+"""Everything a run writes: result.json, log, pictures, the lattice, and the outputs asked for."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray
+from gradedesign.case.schema import CaseIdentity
+from gradedesign.errors import blaming
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.lattice.printed_surface import first_step, printed_surface
 from gradedesign.limits.local_stress import allowed_stress
@@ -16,6 +20,8 @@ from gradedesign.loop.announce import Announcer
 from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.iteration_steps import build_design, density_grid
 from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.output.analysed_model import AnalysedModel
+from gradedesign.output.output import FinishedRun, Output
 from gradedesign.output.pictures import (
     picture_deformed,
     picture_density,
@@ -23,9 +29,8 @@ from gradedesign.output.pictures import (
     picture_loads,
     picture_stress,
 )
-from gradedesign.output.report import render_report
 from gradedesign.output.result import RunResult, as_json
-from gradedesign.output.vtu import write_vtu
+from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.cell_choice import CellChoice
 from gradedesign.resolve.lattice_files import (
     STL_NAME,
@@ -39,20 +44,20 @@ from gradedesign.resolve.outer_triangles import keeps_outer
 from gradedesign.resolve.problem import Problem, unjudged_share
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.thinnest_wall import thinnest_wall
-from gradedesign.results.decks import write_decks
+from gradedesign.results.analysed_models import analysed_models, without_model
+from gradedesign.results.computed import Computed, computed_fields
 from gradedesign.results.iteration_log import iteration_log
 from gradedesign.results.marks import action_marks, loads_note, region_marks
 from gradedesign.results.provenance import stamped
-from gradedesign.results.series import write_series
 from gradedesign.results.shown import Shown
-from gradedesign.results.solid_vtu import write_solid_vtu
 from gradedesign.verify.correction import Correction
 from gradedesign.verify.explicit import governing_load_case
 from gradedesign.verify.support_zones import evaluated_at
+from gradedesign.workspace.atomic import replacing_path
 from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
 
-RESULT_NAME, REPORT_NAME = "result.json", "report.html"
+RESULT_NAME = "result.json"
 
 
 def write_result(out: RunFolder, result: RunResult) -> None:
@@ -63,61 +68,110 @@ def write_result(out: RunFolder, result: RunResult) -> None:
 def write_outputs(
     out: RunFolder,
     setup: Setup,
+    registry: Registry,
     result: RunResult,
     announce: Announcer,
-    *,
-    rho: FloatArray | None = None,
-    shown: Shown | None = None,
-    iterations: Sequence[DesignIteration] = (),
+    computed: Computed,
 ) -> RunResult:
     """Write the files of what was computed, and return the result with their names."""
     problem = setup.problem
     files: dict[str, str] = {}
+    shown, rho = computed.shown, computed.rho
     warnings: list[str] = list(result.warnings)
+    outputs = stated_outputs(problem.case, registry)
+
+    def current() -> RunResult:
+        return replace(
+            result,
+            folder=out.path,
+            files=files,
+            warnings=tuple(dict.fromkeys(warnings)),
+            timing_s=announce.timing(),
+        )
+
+    run = finished_run(out, problem.case, files, current)
+    run = replace(
+        run,
+        fields=partial(computed_fields, setup, computed),
+        models=partial(_models, setup, computed),
+        no_model=without_model(shown),
+    )
     with announce.stage("output"):
         warnings += _loads_picture(out, problem, files)
-        density = shown.rho if shown is not None else rho
-        if density is None:
-            write_solid_vtu(out, problem, setup.solutions, files)
-        if "inp" in problem.case.output.formats:
-            learned = _learned(iterations, density)
-            warnings += write_decks(
-                out, setup, files, rho=density, correction=learned, printed=shown
-            )
-        if density is not None:
-            warnings += _density_files(out, problem, density, files)
-        if iterations and "vtu" in problem.case.output.formats:
-            write_series(out, problem, iterations, files)
+        for output in outputs:
+            if not output.last:
+                warnings += output.write(run)
+        if computed.density is not None:
+            warnings += _density_picture(out, problem, computed.density, files)
         if shown is not None:
             warnings += _exported_files(out, problem, shown.surface, shown.analysed.design, files)
-            warnings += _lattice_files(out, problem, shown, files)
+            warnings += _lattice_pictures(out, problem, shown, files)
         elif rho is not None and problem.case.run.stop_after == "lattice":
             warnings += _unjudged_lattice(out, problem, setup.cells, rho, files)
-    formats = problem.case.output.formats
-    if "report" in formats:
-        files["report"] = REPORT_NAME
-    files["log"] = "iterations.csv"
-    files["result"] = RESULT_NAME
-    result = replace(
-        result,
-        folder=out.path,
-        files=files,
-        warnings=tuple(dict.fromkeys(warnings)),
-        timing_s=announce.timing(),
-    )
+    files |= {"log": "iterations.csv", "result": RESULT_NAME}
     printed = [STL_NAME, *(file.name for file in problem.lattice_files)]
     result = stamped(out, problem.case, result, printed)
     out.write_text("iterations.csv", iteration_log(result.iterations))
-    if "report" in formats:
-        pictures = {
+    for output in outputs:
+        if output.last:
+            warnings += output.write(run)
+    result = current()
+    write_result(out, result)
+    return result
+
+
+def stated_outputs(case: CaseIdentity, registry: Registry) -> list[Output]:
+    """Outputs that a case asks for, in its order; its other formats are those of the lattice."""
+    names = dict.fromkeys(case.output.formats)
+    return [
+        _blamed(registry.outputs[name], registry.sources["outputs"][name])
+        for name in names
+        if name in registry.outputs
+    ]
+
+
+def _blamed(output: Output, source: str) -> Output:
+    """An output whose errors name it."""
+
+    def write(run: FinishedRun) -> list[str]:
+        with blaming(f"output '{output.name}' of {source}", always=False):
+            return list(output.write(run))
+
+    return replace(output, write=write)
+
+
+def finished_run(
+    out: RunFolder, case: CaseIdentity, files: dict[str, str], result: Callable[[], RunResult]
+) -> FinishedRun:
+    """Record that outputs receive, without fields and models; ``files`` takes what they write."""
+
+    def write(name: str, writer: Callable[[Path], object], *, key: str | None = None) -> None:
+        report_step(f"writing {name}")
+        if key is not None:
+            files[key] = name
+        with replacing_path(out.path_of(name)) as path:
+            writer(path)
+        out.adopt(name)
+
+    def pictures() -> dict[str, bytes]:
+        return {
             name: (out.path / path).read_bytes()
             for name, path in files.items()
             if path.endswith(".png")
         }
-        case_text = problem.case.path.read_text(encoding="utf-8")
-        out.write_text(REPORT_NAME, render_report(result, pictures, case_text))
-    write_result(out, result)
-    return result
+
+    case_text = case.path.read_text(encoding="utf-8")
+    return FinishedRun(case_text=case_text, result=result, write=write, pictures=pictures)
+
+
+def _models(setup: Setup, computed: Computed) -> Iterator[AnalysedModel]:
+    density = computed.density
+    return analysed_models(
+        setup,
+        rho=density,
+        correction=_learned(computed.iterations, density),
+        printed=computed.shown,
+    )
 
 
 def _learned(iterations: Sequence[DesignIteration], rho: FloatArray | None) -> Correction:
@@ -143,32 +197,20 @@ def _loads_picture(out: RunFolder, problem: Problem, files: dict[str, str]) -> t
     return warnings
 
 
-def _density_files(
+def _density_picture(
     out: RunFolder, problem: Problem, rho: FloatArray, files: dict[str, str]
 ) -> tuple[str, ...]:
     shown = np.where(problem.solid_fraction >= 1.0, 1.0, rho)
     files["density"] = "density.png"
     warnings = picture_density(out.path_of("density.png"), problem.space.mesh, shown)
     _adopt_drawn(out, files, "density")
-    if "vtu" in problem.case.output.formats:
-        report_step("writing density.vtu")
-        files["density_vtu"] = "density.vtu"
-        write_vtu(
-            out.path_of("density.vtu"),
-            problem.space.mesh,
-            cell_data={
-                "relative_density [-]": rho,
-                "solid_volume_fraction [-]": problem.solid_fraction,
-            },
-        )
-        out.adopt("density.vtu")
     return warnings
 
 
-def _lattice_files(
+def _lattice_pictures(
     out: RunFolder, problem: Problem, shown: Shown, files: dict[str, str]
 ) -> tuple[str, ...]:
-    """Pictures and fields of the lattice."""
+    """Pictures of the lattice."""
     result = shown.analysed.result
     load_case = governing_load_case(result)
     fields, solid = shown.fields, shown.analysed.solid
@@ -194,22 +236,6 @@ def _lattice_files(
     ]
     for name in ("lattice", "stress", "deformed"):
         _adopt_drawn(out, files, name)
-    if "vtu" in problem.case.output.formats:
-        report_step("writing lattice.vtu")
-        files["lattice_vtu"] = "lattice.vtu"
-        sampled = {
-            f"von_mises {name} [MPa]": values.mean(axis=1)
-            for name, values in result.von_mises.items()
-        }
-        sampled["phase [0 lattice 1 skin 2 passive]"] = result.phase.astype(np.float64)
-        solved = result.solved.volume_fields(sampled)
-        write_vtu(
-            out.path_of("lattice.vtu"),
-            (solved.points, solved.elements),
-            point_data=solved.point_data,
-            cell_data=solved.element_data,
-        )
-        out.adopt("lattice.vtu")
     return tuple(warnings)
 
 

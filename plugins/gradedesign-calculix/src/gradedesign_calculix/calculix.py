@@ -7,8 +7,9 @@ is carried element by element: tetrahedra of equal stiffness share one material.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import TypeVar
@@ -16,12 +17,14 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.arrays import FloatArray, IntArray
-from gradedesign.errors import ResourceError
-from gradedesign.fe.space import TetSpace
-from gradedesign.fe.stiffness import AnisotropicStiffness, IsotropicStiffness
-from gradedesign.fe.supports import Supports
-from gradedesign.workspace.atomic import replacing
+from gradedesign import (
+    AnalysedModel,
+    AnisotropicStiffness,
+    FinishedRun,
+    IsotropicStiffness,
+    ModelStep,
+    ResourceError,
+)
 
 _T = TypeVar("_T")
 
@@ -33,64 +36,50 @@ _ORDER = (0, 1, 2, 5, 4, 3)
 _ANISO = tuple((_ORDER[i], _ORDER[j]) for j in range(6) for i in range(j + 1))
 #: Most characters of a set's name.
 _LONGEST = 60
+#: A model whose displacements differ by more than this share from those of the run gets a warning.
+SAME_MODEL = 1e-3
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class DeckStep:
-    """One load case.
-
-    Attributes
-    ----------
-    name : str
-    supports : Supports
-    force : (3, n) array, N
-        Of loads and inertia, without thermal ones.
-    temperature_change : float, K
-    displacement : float, mm
-        Largest displacement of a node as gradedesign has it, stated in the deck.
-    """
-
-    name: str
-    supports: Supports
-    force: FloatArray
-    displacement: float
-    temperature_change: float = 0.0
+def write_decks(run: FinishedRun) -> list[str]:
+    """Write a deck of every model that was analysed; return warnings."""
+    warnings = []
+    for model in run.models():
+        words = _difference(model)
+        warnings += words
+        deck = replace(model, title=(*model.title, *words))
+        run.write(f"{model.name}.inp", partial(_write, deck), key=f"{model.name}_inp")
+    for name, reason in run.no_model.items():
+        warnings.append(
+            f"{name}.inp is not written: {reason}; a design that is accepted with [run] "
+            f'acceptance = "whole" has its deck'
+        )
+    return warnings
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Deck:
-    """Model of one analysis.
-
-    Attributes
-    ----------
-    title : sequence of str
-        What it is, one line each.
-    space : TetSpace
-        Of n nodes and m elements.
-    stiffness : IsotropicStiffness or AnisotropicStiffness
-    steps : sequence of DeckStep
-    thermal_expansion : float, 1/K
-    node_sets : mapping of str to (k,) int array
-        Nodes by region.
-    """
-
-    title: Sequence[str]
-    space: TetSpace
-    stiffness: IsotropicStiffness | AnisotropicStiffness
-    steps: Sequence[DeckStep]
-    thermal_expansion: float = 0.0
-    node_sets: Mapping[str, IntArray] = field(default_factory=dict)
+def _difference(model: AnalysedModel) -> tuple[str, ...]:
+    """Words on a model whose elements do not vary their stiffness as those of the run do."""
+    if model.off <= SAME_MODEL:
+        return ()
+    return (
+        f"{model.name}.inp has one stiffness for each tetrahedron, while skins, walls and "
+        "turned cells vary it inside; its displacements differ from those of the model of sizing "
+        f"by up to {100 * model.off:.2g} % of the largest one",
+    )
 
 
-def write_calculix(path: Path, deck: Deck) -> None:
-    """Write a deck, atomically, and read its nodes, elements and loads back.
+def _write(deck: AnalysedModel, path: Path) -> None:
+    write_calculix(path, deck)
+
+
+def write_calculix(path: Path, deck: AnalysedModel) -> None:
+    """Write a deck and read its nodes, elements and loads back.
 
     Raises
     ------
-    CaseError, ResourceError
-        If the file cannot be written, or what is read back differs.
+    ResourceError
+        If what is read back differs.
     """
-    with replacing(path) as handle:
+    with path.open("wb") as handle:
         for lines in _batches(_lines(deck), 4096):
             handle.write(("\n".join(lines) + "\n").encode("utf-8"))
     _read_back(path, deck)
@@ -116,7 +105,7 @@ def set_names(names: Iterable[str]) -> dict[str, str]:
     return set_of_region
 
 
-def _lines(deck: Deck) -> Iterator[str]:
+def _lines(deck: AnalysedModel) -> Iterator[str]:
     heated = any(step.temperature_change for step in deck.steps)
     yield from (f"** {_printable(line)}" for line in deck.title)
     yield "** units: mm, N, MPa, K"
@@ -141,7 +130,7 @@ def _lines(deck: Deck) -> Iterator[str]:
         yield from _step(step, heated=heated)
 
 
-def _elements(deck: Deck, *, heated: bool) -> Iterator[str]:
+def _elements(deck: AnalysedModel, *, heated: bool) -> Iterator[str]:
     """Elements with one material for all of equal stiffness."""
     constants, kind = _constants(deck.stiffness)
     table, material = np.unique(constants, axis=0, return_inverse=True)
@@ -174,7 +163,7 @@ def _constants(
     return np.stack([0.5 * (c[i, j] + c[j, i]) for i, j in _ANISO], axis=1), "ANISO"
 
 
-def _step(step: DeckStep, *, heated: bool) -> Iterator[str]:
+def _step(step: ModelStep, *, heated: bool) -> Iterator[str]:
     yield from (f"** load case {_printable(step.name)}", "*STEP", "*STATIC", "*BOUNDARY, OP=NEW")
     fixed, value = step.supports.fixed, step.supports.value
     for node, axis in np.argwhere(fixed.T).tolist():
@@ -204,7 +193,7 @@ def _printable(text: str) -> str:
     return "".join(c if c.isprintable() else " " for c in text)
 
 
-def _read_back(path: Path, deck: Deck) -> None:
+def _read_back(path: Path, deck: AnalysedModel) -> None:
     """Compare nodes, elements and total loads of the file with those of the deck."""
     nodes, elements, loads, card = 0, 0, [], ""
     middle = np.zeros(3)
