@@ -42,7 +42,7 @@ SAME_MODEL = 1e-3
 
 def write_decks(run: FinishedRun) -> list[str]:
     """Write a deck of every model that was analysed; return warnings."""
-    warnings = []
+    warnings: list[str] = []
     for model in run.models():
         words = _difference(model)
         warnings += words
