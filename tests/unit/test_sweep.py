@@ -93,7 +93,7 @@ def stand_in(monkeypatch):
             done = finished_result(out, case)
             assert done is None, "a finished design was run again"
             ran.append((case.lattice.cell, *case.lattice.size))
-            with recording_failure(out, case, dict):
+            with recording_failure(out, case, registry, dict):
                 if ran[-1] == ("bcc", 4.0):
                     raise LatticeError("struts of\n 0.1 mm are too thin; take larger cells")
             mass = {"gyroid-sheet": 2.0, "bcc": 3.0}[case.lattice.cell] / case.lattice.size[0]
