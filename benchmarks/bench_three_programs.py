@@ -93,7 +93,7 @@ def mesh_of(surface, edge, envelope):
 
 def by_calculix(solid, mesh, edge):
     """Size, work by CalculiX on tetrahedra, N mm, unknowns and volume."""
-    from test_calculix_decks import displacements
+    from oracles.calculix import run_calculix
 
     from gradedesign.output.analysed_model import AnalysedModel, ModelStep
     from gradedesign_calculix.calculix import write_calculix
@@ -109,7 +109,7 @@ def by_calculix(solid, mesh, edge):
         # Its direct solver would take tens of gigabytes.
         words = path.read_text().replace("*STATIC", "*STATIC, SOLVER=ITERATIVE CHOLESKY")
         path.write_text(words)
-        (moved,) = displacements(path)
+        (moved,) = run_calculix(path)["DISP"]
     work = float((vector.force * moved.T).sum())
     return size_of(mesh), work, 3 * space.nodes.shape[1], volume_of(mesh)
 
