@@ -63,6 +63,22 @@ def points_and_normals(
             normals[x, f] = n[x] / size if size > 0 else 0.0
 
 
+@njit(cache=True, nogil=True, inline="always")
+def _cell_of(
+    point: FloatArray,
+    cells: tuple[FloatArray, FloatArray, float],
+    shape: tuple[int, ...],
+    place: IntArray,
+) -> bool:
+    """Find the cell of a point; False outside of the box, where nothing is printed."""
+    lower, upper, size = cells
+    for x in range(3):
+        if not lower[x] <= point[x] <= upper[x]:
+            return False
+        place[x] = min(int((point[x] - lower[x]) / size), shape[x] - 1)
+    return True
+
+
 @njit(cache=True, nogil=True)
 def share_out(
     vertices: FloatArray,
@@ -71,7 +87,7 @@ def share_out(
     held: BoolArray,
     leaning: FloatArray,
     area: FloatArray,
-    cells: tuple[FloatArray, float],
+    cells: tuple[FloatArray, FloatArray, float],
     missing: FloatArray,
     off: FloatArray,
 ) -> None:
@@ -79,11 +95,10 @@ def share_out(
 
     ``mean`` (m,) is the mean height of the surface above a triangle, mm. A vertex gets the more the
     better its edge leads out of the surface. Held vertices get none; three of them are left alone.
-    ``cells`` are boxes of the size from their first corner on, and ``off`` (2, p, q, r) holds their
-    volumes without and with sign.
+    ``cells`` are first and last corner of a box and the size of its cells, and ``off`` (2, p, q, r)
+    holds their volumes without and with sign.
     """
-    corner, size = cells
-    weight, side = np.zeros(3), np.zeros((2, 3))
+    weight, side, middle = np.zeros(3), np.zeros((2, 3)), np.zeros(3)
     place = np.zeros(3, dtype=np.int64)
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
@@ -92,15 +107,15 @@ def share_out(
         for x in range(3):
             side[0, x] = vertices[b, x] - vertices[a, x]
             side[1, x] = vertices[c, x] - vertices[a, x]
-            middle = vertices[a, x] + (side[0, x] + side[1, x]) / 3.0
-            place[x] = min(max(int((middle - corner[x]) / size), 0), off.shape[1 + x] - 1)
+            middle[x] = vertices[a, x] + (side[0, x] + side[1, x]) / 3.0
         square = 0.0
         for x in range(3):
             u, v = (x + 1) % 3, (x + 2) % 3
             square += (side[0, u] * side[1, v] - side[0, v] * side[1, u]) ** 2
         volume = mean[f] * 0.5 * np.sqrt(square)
-        off[0, place[0], place[1], place[2]] += abs(volume)
-        off[1, place[0], place[1], place[2]] += volume
+        if _cell_of(middle, cells, off.shape[1:], place):
+            off[0, place[0], place[1], place[2]] += abs(volume)
+            off[1, place[0], place[1], place[2]] += volume
         for k in range(3):
             vertex = faces[f, k]
             free = area[vertex] > 0 and not held[vertex]
@@ -120,23 +135,30 @@ def move_along_edges(
     area: FloatArray,
     grid: tuple[FloatArray, float],
     limits: tuple[float, float, float],
+    cells: tuple[FloatArray, FloatArray, float],
+    short: FloatArray,
 ) -> None:
     """Move vertices along their grid edges until each has gained the volume that it misses.
 
     ``limits``: least share of the area that leans across an edge, most that a vertex moves, and how
-    far from the ends of its edge it stays, the latter two in grid spacings.
+    far from the ends of its edge it stays, the latter two in grid spacings. ``cells`` are as in
+    `share_out`, and ``short`` (p, q, r) takes the volumes that are not gained for these limits.
     """
     origin, h = grid
     least, most, gap = limits
+    box = np.zeros(3, dtype=np.int64)
     for v in range(len(axes)):
-        if abs(leaning[v]) <= least * area[v] or area[v] <= 0:
-            continue
-        x = axes[v]
-        move = min(max(missing[v] / leaning[v] / h, -most), most)
-        place = (vertices[v, x] - origin[x]) / h
-        node = np.floor(place)
-        place = min(max(place + move, node + gap), node + 1.0 - gap)
-        vertices[v, x] = origin[x] + h * place
+        gained = 0.0
+        if area[v] > 0 and abs(leaning[v]) > least * area[v]:
+            x = axes[v]
+            move = min(max(missing[v] / leaning[v] / h, -most), most)
+            place = (vertices[v, x] - origin[x]) / h
+            node = np.floor(place)
+            moved = min(max(place + move, node + gap), node + 1.0 - gap)
+            vertices[v, x] = origin[x] + h * moved
+            gained = (moved - place) * h * leaning[v]
+        if _cell_of(vertices[v], cells, short.shape, box):
+            short[box[0], box[1], box[2]] += missing[v] - gained
 
 
 @njit(cache=True, nogil=True)
@@ -144,7 +166,7 @@ def count_inside(
     values: FloatArray,
     lower: FloatArray,
     h: float,
-    cells: tuple[FloatArray, float],
+    cells: tuple[FloatArray, FloatArray, float],
     counts: IntArray,
 ) -> None:
     """Count the nodes inside, cell by cell, of a slab less its last plane.
@@ -155,19 +177,19 @@ def count_inside(
     lower : (3,) array, mm
         First node.
     h : float, mm
-    cells : ((3,) array, float), mm
-        First corner and size of cubic cells.
+    cells : ((3,) array, (3,) array, float), mm
+        First and last corner of the box, outside of which nodes do not count, and the edge of its
+        cubic cells.
     counts : (p, q, r) int array
         Added to.
     """
-    corner, size = cells
-    place = np.zeros(3, dtype=np.int64)
+    place, node = np.zeros(3, dtype=np.int64), np.zeros(3)
     for i in range(values.shape[0] - 1):
         for j in range(values.shape[1]):
             for k in range(values.shape[2]):
                 if values[i, j, k] >= 0.0:
                     continue
                 for x, n in enumerate((i, j, k)):
-                    at = int((lower[x] + h * n - corner[x]) / size)
-                    place[x] = min(max(at, 0), counts.shape[x] - 1)
-                counts[place[0], place[1], place[2]] += 1
+                    node[x] = lower[x] + h * n
+                if _cell_of(node, cells, counts.shape, place):
+                    counts[place[0], place[1], place[2]] += 1

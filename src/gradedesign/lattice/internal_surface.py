@@ -74,7 +74,7 @@ def surface_behind_skin(
     untrimmed = replace(design, domain=grown(design.domain, OVERHANG * step))
     field = lattice_field(untrimmed, band=3 * step, single=True)
     with stepping(f"contouring at {step:.3g} mm"):
-        fit = volume_fit(untrimmed, 3 * step, asked)
+        fit = volume_fit(design, step, asked)
         raw = contour(field, contour_grid(design.domain, step), fit=fit)
     require_volume(raw.volume_error, asked, step)
     vertices, faces = raw.vertices, _internal(raw.vertices, raw.near, untrimmed.domain, step)

@@ -204,7 +204,7 @@ def contour(
         vertices.append(_placed(boxed, edges, ends, first, h))
         axes.append(edges[:, 3].astype(np.int8))
         if fit is not None:
-            count_inside(values, first, h, (fit.lower, fit.cell), inside)
+            count_inside(values, first, h, (fit.lower, fit.upper, fit.cell), inside)
         corners.append(first + h * nodes_of_caps)
         for some, more in zip(faces, triangles, strict=True):
             some.append(more)

@@ -80,7 +80,7 @@ def trimmed_surface(
     with stepping(f"contouring at {step:.3g} mm"):
         sides = cube_sides(part, design.domain.distance, grid.origin, grid.shape, step)
         wanted = where_wanted(field, sides, grid.origin, step)
-        raw = contour(wanted, grid, sides=sides, fit=volume_fit(untrimmed, 3 * step, asked))
+        raw = contour(wanted, grid, sides=sides, fit=volume_fit(design, step, asked))
         del sides
     require_volume(raw.volume_error, asked, step)
     with stepping(f"cutting {len(raw.near)} of {raw.count} triangles with the part"):
@@ -95,12 +95,12 @@ def trimmed_surface(
     return trimmed
 
 
-def volume_fit(design: LatticeDesign, band: float, asked: Resolution | None) -> VolumeFit:
+def volume_fit(design: LatticeDesign, step: float, asked: Resolution | None) -> VolumeFit:
     """How vertices of a lattice are placed: those of its solid layers stay on these.
 
-    Distances of the layers are exact within ``band``, mm.
+    ``step`` is the grid, mm, of a contour that goes beyond the part by the overhang.
     """
-    part, layers = solid_layers(design.domain, band)
+    part, layers = solid_layers(grown(design.domain, OVERHANG * step), 3 * step)
 
     def solids(points: FloatArray) -> FloatArray:
         distance = part(points)

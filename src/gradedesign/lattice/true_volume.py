@@ -9,8 +9,9 @@ until they have gained it: so none leaves its cube, and the topology of the cont
 
 A second round takes heights at three points, for at edges they are no quadratics. The estimate of
 the error that remains is the square of the share of volume that the first round moved, as what
-remains at smooth surfaces is of the next order; the volume that the second round still found; and,
-for edges, by how much more its heights come to than they do at smooth surfaces.
+remains at smooth surfaces is of the next order; the volume that the second round still found; the
+volume that vertices at the ends of their grid edges could not gain; and, for edges, by how much
+more the second round's heights come to than they do at smooth surfaces.
 """
 
 from __future__ import annotations
@@ -62,7 +63,8 @@ class VolumeFit:
         Box around the part.
     cell : float, mm
         Edge of the cubic cells of the box in each of which the error is estimated; what is less
-        than half a cell at its end belongs to the one before.
+        than half a cell at its end belongs to the one before. The lattice beyond the box, which
+        the part cuts off, does not count.
     solids : callable or None
         Solid layers beside the lattice, points ``(3, n)`` mm to signed distances ``(n,)`` mm:
         vertices on them stay there, and none moves into them.
@@ -122,13 +124,14 @@ def fitted_vertices(
     held = np.abs(_above_layers(fit, vertices[: len(axes)])) <= ON_LAYER * h
     target = (vertices, faces, axes, held, grid, gap, fit)
     solid = np.asarray(counts * h**3, dtype=np.float64)
-    moved, _ = _move(field, target, (_CENTROID, MEAN_OVER_CENTROID), slope, counts.shape)
+    moved, _, short = _move(field, target, (_CENTROID, MEAN_OVER_CENTROID), slope, counts.shape)
     first = _shares(moved, solid)
     if first.max() <= SETTLED:
-        return float(first.max()) ** 2
-    again, left = _move(field, target, (_INTERIOR, 1.0), slope, counts.shape)
+        return float((first**2 + np.abs(_shares(short, solid))).max())
+    again, left, short = _move(field, target, (_INTERIOR, 1.0), slope, counts.shape)
     sharp = np.maximum(_shares(again, solid) - SMOOTH * first, 0.0)
-    return float((first**2 + np.abs(_shares(left, solid)) + sharp).max())
+    rest = np.abs(_shares(left, solid)) + np.abs(_shares(short, solid))
+    return float((first**2 + rest + sharp).max())
 
 
 def _move(
@@ -145,7 +148,7 @@ def _move(
     rule: tuple[FloatArray, float],
     slope: NDArray[np.float32],
     shape: Shape,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Move vertices in place by the volume between their triangles and the surface.
 
     Parameters
@@ -163,14 +166,15 @@ def _move(
 
     Returns
     -------
-    size, volume : (p, q, r) arrays, mm^3
-        Of what lies between triangles and surface by cell, without and with its sign.
+    size, volume, short : (p, q, r) arrays, mm^3
+        Of what lies between triangles and surface by cell, without and with its sign, and what of
+        it the vertices could not gain within their cubes.
     """
     vertices, faces, axes, held, grid, gap, fit = target
-    (bary, over), cells = rule, (fit.lower, fit.cell)
+    (bary, over), cells = rule, (fit.lower, fit.upper, fit.cell)
     leaning, area = np.zeros(len(axes)), np.zeros(len(axes))
     kernels.add_leaning(vertices, faces, axes, leaning, area)
-    missing, off = np.zeros(len(axes)), np.zeros((2, *shape))
+    missing, off, short = np.zeros(len(axes)), np.zeros((2, *shape)), np.zeros(shape)
     for low in range(0, len(faces), BATCH):
         report_step("volume of the triangles", low / len(faces))
         some, known = faces[low : low + BATCH], slope[low : low + BATCH]
@@ -183,11 +187,11 @@ def _move(
         kernels.share_out(vertices, some, mean, held, leaning, area, cells, missing, off)
     before = vertices[: len(axes)].copy() if fit.solids is not None else vertices[:0]
     limits = (LEAST_LEANING, FARTHEST, gap)
-    kernels.move_along_edges(vertices, axes, missing, leaning, area, grid, limits)
+    kernels.move_along_edges(vertices, axes, missing, leaning, area, grid, limits, cells, short)
     if fit.solids is not None:
         inside = np.flatnonzero(_above_layers(fit, vertices[: len(axes)]) < 0)
         vertices[inside] = before[inside]
-    return off[0], off[1]
+    return off[0], off[1], short
 
 
 def _heights(

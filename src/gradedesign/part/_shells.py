@@ -263,8 +263,12 @@ def _require_bodies(
         f"{volumes[k]:.4g} mm^3 around ({p[0]:.4g}, {p[1]:.4g}, {p[2]:.4g}) mm"
         for k, p in zip(solids, places, strict=False)
     )
+    what_to_do = 'unite them in CAD, or set bodies = "all" if they are meant to be loose'
+    if touching:  # loose ones that touch would be one for every analysis
+        what_to_do = (
+            f'{touching}: set bodies = "join" to unite them there, or leave a gap between them in '
+            'CAD and set bodies = "all" if they are meant to be loose'
+        )
     raise PartError(
-        f"{source}: the file holds {len(solids)} separate solids: {listed}; "
-        + (f'{touching}: set bodies = "join" to unite them there, ' if touching else "")
-        + 'unite them in CAD, or set bodies = "all" if they are meant to be loose'
+        f"{source}: the file holds {len(solids)} separate solids: {listed}; {what_to_do}"
     )
