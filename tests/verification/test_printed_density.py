@@ -6,6 +6,7 @@ block of them has no stated density, and is compared with its own field at evenl
 """
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import pytest
 from gradedesign.case.read_generate import load_generate_case
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.wall_size import wall_mm
+from gradedesign.errors import LatticeError
 from gradedesign.generate.generate import build, stated_design
 from gradedesign.generate.stated_cells import stated_cells
 from gradedesign.lattice.lattice import lattice_field
@@ -69,14 +71,29 @@ def test_thin_cells_print_the_stated_density(tmp_path, name):
     require_density(tmp_path, name, density_at(name, PLACES[0]))
 
 
-#: Pores, no struts or sheets: the estimate of the error misses their sharp edges (1.3 %), or the
-#: block is cut into pieces by them.
-KNOWN = {("cube-pores", 0.3): "1.3 % too much at sharp edges", ("ellipsoid-pores", 0.05): "apart"}
+#: Random networks of so little solid, and pores that touch, leave a block of eight cells in pieces:
+#: refused by name, with the share of its volume that is loose.
+APART = {
+    ("ellipsoid-pores", 0.1): "50 %",
+    ("spinodoid-columnar-network", 0.05): "71.6 %",
+    ("spinodoid-columnar-network", 0.1): "69.7 %",
+    ("spinodoid-columnar-network", 0.3): "29.5 %",
+    ("spinodoid-cubic-network", 0.05): "50.8 %",
+    ("spinodoid-cubic-network", 0.1): "51.2 %",
+    ("spinodoid-lamellar-network", 0.05): "3.47 %",
+}
+#: Sheets that are thinner than the grid, which ends at a 96th of a cell before volume asks for
+#: more: where both faces lie between two nodes there is none.
+KNOWN = {
+    ("frd-sheet", 0.05): "-1.1 %: 0.036 mm on a grid of 0.040 mm",
+    ("pm-y-sheet", 0.05): "-1.6 %: 0.015 mm on a grid of 0.029 mm",
+}
 EVERY = [
     pytest.param(name, place, marks=[pytest.mark.xfail(reason=known)] if known else [])
     for name in sorted(REGISTRY.cell_families)
     for place in PLACES
     for known in [KNOWN.get((name, place), "")]
+    if (name, place) not in APART
 ]
 
 
@@ -84,6 +101,21 @@ EVERY = [
 @pytest.mark.parametrize(("name", "place"), EVERY)
 def test_every_family_prints_the_stated_density(tmp_path, name, place):
     require_density(tmp_path, name, density_at(name, place))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "place"), APART)
+def test_a_block_that_falls_apart_is_refused_by_name(tmp_path, name, place):
+    loose = re.escape(f"hold {APART[name, place]} of its volume")
+    with pytest.raises(LatticeError, match=f"falls apart: .*{loose}"):
+        require_density(tmp_path, name, density_at(name, place))
+
+
+#: Faces of these lie close to nodes of the first grid, so that vertices cannot move where volume is
+#: missing: +1.3 and +1.1 % before that counted as error.
+@pytest.mark.parametrize("name", ["cube-pores", "slotted-plates"])
+def test_edges_beside_nodes_of_the_grid_print_the_stated_density(tmp_path, name):
+    require_density(tmp_path, name, density_at(name, 0.3))
 
 
 def test_layers_of_a_transition_print_the_stated_density(cli, tmp_path):
