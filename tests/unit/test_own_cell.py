@@ -96,6 +96,40 @@ def test_a_case_with_its_own_cell_is_generated(tmp_path, cli):
     assert result["relative_density"] == pytest.approx(0.3, abs=0.01)
 
 
+def test_its_properties_are_those_of_the_installed_cell_of_that_graph(tmp_path, cli):
+    case(tmp_path, CUBES)
+    options = ("--density", "0.3", "--resolution", "16", "--json")
+    own = cli("homogenise", tmp_path, *options)
+    assert own.code == 0, own.err
+    twin = cli("homogenise", "sc", *options)
+    mine, theirs = json.loads(own.out), json.loads(twin.out)
+    assert (mine["cell"], theirs["cell"]) == ("mine", "sc")
+    # Both come from the same voxels; what is printed has four digits.
+    np.testing.assert_allclose(mine["C"], theirs["C"], rtol=1e-3, atol=1e-6)
+    other = cli("homogenise", tmp_path / "case.toml", "--density", "0.25", *options[2:])
+    assert json.loads(other.out)["C"][0][0] < 0.9 * mine["C"][0][0]
+
+
+def test_its_table_is_written_under_its_name(tmp_path, cli, monkeypatch):
+    case(
+        tmp_path,
+        'maker = "formula"\nformula = "cos(2*pi*x) + cos(2*pi*y) + cos(2*pi*z) + b"\n'
+        'parameters = [["b", 0.0]]',
+        START.replace('size = "5 mm"', 'size = "5 mm"\nparameters = {b = 0.1}'),
+    )
+    asked = []
+
+    def table(cell, **_):
+        asked.append(cell)
+        raise CaseError("asked")
+
+    monkeypatch.setattr("gradedesign.cli.tabulate.compute_table", table)
+    ended = cli("tabulate", tmp_path, "-o", tmp_path / "tables", "--workers", "1")
+    assert (ended.code, asked[0].family.name, asked[0].parameters["b"]) == (2, "mine", 0.1)
+    ended = cli("tabulate", tmp_path / "casse.toml", "-o", tmp_path / "tables")
+    assert 'did you mean "case.toml"?' in ended.err
+
+
 def test_the_makers_are_listed(cli):
     listed = json.loads(cli("cells", "--makers", "--json").out)
     names = {maker["name"]: maker for maker in listed}

@@ -246,7 +246,7 @@ def validate(
 
 @app.command()
 def homogenise(
-    cell: Annotated[str, typer.Argument(help="A cell family; `gradedesign cells` lists them.")],
+    cell: Annotated[str, typer.Argument(help="A cell family of `gradedesign cells`, or a case.")],
     density: Annotated[float, typer.Option("--density", help="Relative density, 0 to 1.")],
     resolution: Resolution = None,
     parameter: Annotated[
@@ -339,7 +339,7 @@ def tabulate(
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Folder for one table per cell, as JSON.")
     ],
-    cells: Annotated[list[str] | None, typer.Argument(help="Cell families [all].")] = None,
+    cells: Annotated[list[str] | None, typer.Argument(help="Cells, or cases [all cells].")] = None,
     resolution: Resolution = None,
     nu: Poisson = 0.3,
     workers: Annotated[

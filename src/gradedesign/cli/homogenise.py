@@ -14,6 +14,7 @@ from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.cell import Cell
 from gradedesign.cli.homogenise_block import PERIODIC, block_data, require_boundary
 from gradedesign.cli.moduli_data import VOIGT, cell_header, digits, moduli_data, rounded
+from gradedesign.cli.named_cell import named_cell
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_json
@@ -60,6 +61,7 @@ def homogenise(
 ) -> None:
     """Compute the properties of a cell, print them, and with an output folder draw them.
 
+    ``cell`` is a name, or a case whose cell is meant, see `named_cell`.
     ``buckling`` names the eigenvalue solver of critical stresses; without it there are none.
 
     Raises
@@ -71,8 +73,8 @@ def homogenise(
         and `critical_stress` with ``buckling``.
     """
     registry = registry_for(strict_plugins=strict_plugins)
-    family = lookup(registry, "cell_families", cell)
-    values = parsed_parameters(parameters)
+    named = named_cell(registry, cell)
+    family, values = named.family, {**named.parameters, **parsed_parameters(parameters)}
     solver = None if buckling is None else blamed_eigen_solver(registry, buckling)
     if boundary != PERIODIC:
         unused = {
@@ -108,7 +110,7 @@ def homogenise(
             with_surface=output is not None,
         )
         data = properties_data(chosen, properties, poissons_ratio)
-        laws = [law for law in registry.scaling_laws.values() if cell in law.families]
+        laws = [law for law in registry.scaling_laws.values() if family.name in law.families]
         data["laws"] = law_values(laws, density)
         if conductivity:
             report_step("conductivity")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cli.layout import say
+from gradedesign.cli.named_cell import named_cell
 from gradedesign.cli.on_dask import Cluster, has_dask, on_dask
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
@@ -19,7 +20,7 @@ from gradedesign.material.property_table import (
     read_property_table,
     write_property_table,
 )
-from gradedesign.plugin.registry import build_registry, lookup
+from gradedesign.plugin.registry import build_registry
 from gradedesign.workspace.atomic import write_text
 from gradedesign.workspace.processor import usable_cores
 from gradedesign.workspace.progress import counted
@@ -44,7 +45,7 @@ def tabulate(
     Parameters
     ----------
     cells : sequence of str
-        None: all installed families.
+        Names, or cases whose cells are meant, see `named_cell`. None: all installed families.
     output : Path
         Folder; made where missing. Earlier tables are replaced; the critical stresses of one of the
         same cell are kept where no new ones are computed, since they have densities of their own.
@@ -71,8 +72,7 @@ def tabulate(
     """
     registry = registry_for(strict_plugins=strict_plugins)
     names = list(dict.fromkeys(cells)) or sorted(registry.cell_families)
-    for name in names:
-        lookup(registry, "cell_families", name)
+    families = {name: named_cell(registry, name).family.name for name in names}
     make_folder(output)
     code = 0
     with ProgressLines("tabulate", err=True):
@@ -83,7 +83,7 @@ def tabulate(
                 say(f"{name}: {message}", err=True)
                 code = failed
                 continue
-            path = output / f"{name}.json"
+            path = output / f"{families[name]}.json"
             table = with_critical_stresses(read_property_table(text), path)
             write_text(path, write_property_table(table))
             print_text(
@@ -145,12 +145,12 @@ def table_outcome(
 ) -> _Outcome:
     """Compute one table in whatever process this is; its plugins must be installed there."""
     try:
-        family = lookup(build_registry(), "cell_families", name)
-        calibrated = calibrate(family)
+        named = named_cell(build_registry(), name)
+        calibrated = calibrate(named.family, named.parameters)
         table = compute_table(calibrated, poissons_ratio=poissons_ratio, resolution=resolution)
         if buckling:
             # Each density's own resolution: that of stiffness would take hours.
-            critical = compute_buckling(calibrate(family), poissons_ratio=poissons_ratio)
+            critical = compute_buckling(calibrated, poissons_ratio=poissons_ratio)
             table = replace(table, buckling=critical)
     except GradeDesignError as error:
         return None, str(error), error.exit_code
