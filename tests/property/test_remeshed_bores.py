@@ -1,11 +1,11 @@
-"""Bores of remeshed parts are found with their diameter; cones and waists hold no cylinder."""
+"""Bores of remeshed parts are found with their diameter, cones with their angle, waists as none."""
 
 import numpy as np
 import pytest
 from remeshed_bores import Bore, corners_of
 
-from gradedesign.part.cylinders import cylinder_groups
 from gradedesign.part.repair import build_surface
+from gradedesign.part.round_shapes import round_shapes
 from gradedesign.part.smooth_faces import segment_faces
 
 SHAPES = ("plain", "rounded", "countersunk", "plain", "cone", "waist")
@@ -29,21 +29,38 @@ def bores(seed, count):
         )
 
 
+def sizes(bore):
+    """Half angle in degrees and widest diameter in mm of the cone of a bore, by construction."""
+    if bore.shape == "countersunk":  # at 45 degrees, over the upper 0.4 of the height
+        return 45.0, bore.diameter + 2.0 * 0.4 * bore.height
+    if bore.shape == "cone":
+        return np.degrees(np.arctan(0.15 * bore.diameter / bore.height)), 1.3 * bore.diameter
+    return None
+
+
 @pytest.mark.parametrize("seed", range(271, 281))
 def test_remeshed_bores(seed):
     for bore in bores(seed, 12):
         surface, _ = build_surface(corners_of(bore))
-        groups = cylinder_groups(segment_faces(surface))
-        if not bore.straight:
-            assert not groups, bore
-            continue
-        (group,) = groups
-        assert group.concave, bore
-        assert group.count == 1, bore
+        groups = {group.kind: group for group in round_shapes(surface, segment_faces(surface))}
+        hole, cone = groups.pop("hole", None), groups.pop("countersink or inner cone", None)
+        assert not groups, bore
+        assert (hole is not None) == (bore.straight > 0.0), bore
+        assert (cone is not None) == (sizes(bore) is not None), bore
         # Corners lie between the circle and its chords, pi^2 / (2 former^2) of the radius inside.
         inside = np.pi**2 / (2.0 * bore.former**2) if bore.former else 0.0
-        assert -1.2 * inside - 1e-3 < group.diameter / bore.diameter - 1.0 < 1e-3, bore
+        if cone is not None:
+            half_angle, widest = sizes(bore)
+            assert cone.count == 1, bore
+            # The radius, and so the tangent of the half angle, is as much less.
+            loss = np.tan(np.radians(cone.half_angle)) / np.tan(np.radians(half_angle)) - 1.0
+            assert -1.2 * inside - 1e-3 < loss < 1e-3, bore
+            assert -1.2 * inside - 1e-3 < cone.diameter / widest - 1.0 < 1e-3, bore
+        if hole is None:
+            continue
+        assert hole.count == 1, bore
+        assert -1.2 * inside - 1e-3 < hole.diameter / bore.diameter - 1.0 < 1e-3, bore
         wall = np.pi * bore.diameter * bore.straight
         # A row of facets may be lost or gained where a rim is rounded.
         row = np.pi * bore.diameter * bore.edge
-        assert abs(group.area - wall) < row + 0.05 * wall, bore
+        assert abs(hole.area - wall) < row + 0.05 * wall, bore

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from gradedesign.check.draft_case import draft_case, draft_text, open_questions
+from gradedesign.check.draft_case import draft_case, draft_text
+from gradedesign.check.open_questions import open_questions
 from gradedesign.part.file_faces import FileFaces
 from gradedesign.part.raw_triangles import RawTriangles
 from gradedesign.plugin.registry import build_registry

@@ -16,10 +16,10 @@ from gradedesign.output.stl import write_stl
 from gradedesign.part import chords as chords_module
 from gradedesign.part.box import box_surface
 from gradedesign.part.chords import chords
-from gradedesign.part.cylinders import cylinder_groups
 from gradedesign.part.part import read_part
 from gradedesign.part.place_words import number
 from gradedesign.part.regions import select_regions
+from gradedesign.part.round_shapes import round_shapes
 from gradedesign.part.stl import read_stl
 from gradedesign.part.thickness import local_thickness
 from gradedesign.resolve.free_motions import require_supported
@@ -74,14 +74,14 @@ def test_a_bearing_load_is_drawn_on_the_half_that_it_presses_on(bracket):
 
 def test_the_holes_of_the_bracket_are_found_with_their_selectors(bracket):
     _, part = bracket
-    groups = cylinder_groups(part.faces)
+    groups = round_shapes(part.surface, part.faces)
     # Bolts of 9 mm in spot faces of 16 mm, the lug's 12 mm, an inner rounding, the eye of the lug.
-    assert [(g.concave, round(g.diameter), g.axis_name, g.count) for g in groups] == [
-        (True, 9, "z", 4),
-        (True, 12, "y", 1),
-        (True, 16, "z", 4),
-        (True, 24, "y", 1),
-        (False, 24, "y", 1),
+    assert [(g.kind, round(g.diameter), g.axis_name, g.count) for g in groups] == [
+        ("hole", 9, "z", 4),
+        ("hole", 12, "y", 1),
+        ("hole", 16, "z", 4),
+        ("inner rounding", 24, "y", 1),
+        ("boss or rounding", 24, "y", 1),
     ]
     for group in groups[:3]:
         spec = RegionSpec.model_validate(tomllib.loads(group.selector))

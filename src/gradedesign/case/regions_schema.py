@@ -43,7 +43,7 @@ _COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 #: Keys that ask for faces as the part's file tells them apart.
 FILE_KEYS = ("face", "name", "color")
 _SELECTING = (
-    *("plane", "box", "cylinder", "facing", "nearest", "inside"),
+    *("plane", "box", "cylinder", "cone", "slot", "facing", "nearest", "inside"),
     *(*FILE_KEYS, "any", "all", "not"),
 )
 
@@ -128,31 +128,37 @@ class _Color(Reader):
         return {"type": "string", "pattern": f"^{_COLOR.pattern}$", "examples": ["#ff0000"]}
 
 
-class _Diameters(Reader):
-    """One length to itself twice, or a list of two in rising order."""
+@dataclass(frozen=True, slots=True)
+class _Range(Reader):
+    """One quantity to itself twice, or a list of two in rising order."""
 
-    __slots__ = ()
+    kind: str
+    word: str
+    low: str
+    high: str
 
     def read(self, value: object) -> tuple[float, float]:
-        length = Quantity("length", above=0.0)
+        quantity = Quantity(self.kind, above=0.0)
         if not isinstance(value, list):
-            diameter = length.read(value)
-            return diameter, diameter
+            stated = quantity.read(value)
+            return stated, stated
         if len(value) != 2:
             raise Refused(
-                f'found {shown(value)}; expected one diameter such as "8 mm", or the smallest and '
-                'the largest, ["8 mm", "10 mm"]'
+                f'found {shown(value)}; expected one {self.word} such as "{self.low}", or the '
+                f'smallest and the largest, ["{self.low}", "{self.high}"]'
             )
-        low, high = (length.read(entry) for entry in value)
-        if low > high:
-            raise Refused(f"found {shown(value)}; expected the smaller diameter first")
-        return low, high
+        least, most = (quantity.read(entry) for entry in value)
+        if least > most:
+            raise Refused(f"found {shown(value)}; expected the smaller {self.word} first")
+        return least, most
 
     def json_schema(self) -> JsonSchema:
-        length = Quantity("length", above=0.0).json_schema()
-        pair = {"type": "array", "items": length, "minItems": 2, "maxItems": 2}
-        return {"anyOf": [length, pair], "examples": ["8 mm", ["8 mm", "10 mm"]]}
+        quantity = Quantity(self.kind, above=0.0).json_schema()
+        pair = {"type": "array", "items": quantity, "minItems": 2, "maxItems": 2}
+        return {"anyOf": [quantity, pair], "examples": [self.low, [self.low, self.high]]}
 
+
+_Diameters = _Range("length", "diameter", "8 mm", "10 mm")
 
 AxisIndex: TypeAlias = Annotated[int, _Axis()]
 
@@ -228,12 +234,17 @@ class CylinderSpec(Table):
     }
     example: ClassVar[str] = '{diameter = "8 mm"}'
 
-    diameter: Annotated[tuple[float, float] | None, _Diameters()] = None
+    diameter: Annotated[tuple[float, float] | None, _Diameters] = None
     """One diameter, or the smallest and the largest that count, mm."""
     axis: Annotated[str, Choice(AXES)] | None = None
     """Direction of the axis: x, y or z."""
     point: Point | None = None
     """A point on the axis, mm."""
+    span: Annotated[tuple[float, float] | None, _Range("angle", "span", "180 deg", "360 deg")] = (
+        None
+    )
+    """How far the face goes around its axis, degrees: 180 half bores and round ends of slots, 360
+    whole holes; one value within 30 degrees, or the smallest and the largest that count."""
 
     @model_validator(mode="before")
     @classmethod
@@ -246,6 +257,53 @@ class CylinderSpec(Table):
                     f"{_diameter_words(value[key])} instead",
                 )
         return value
+
+
+class ConeSpec(Table):
+    """Conical faces, narrowed by whatever is given; an empty table takes every cone."""
+
+    called: ClassVar[Mapping[str, str]] = {"centre": "point", "center": "point"}
+    example: ClassVar[str] = '{half_angle = "45 deg"}'
+
+    half_angle: Annotated[
+        tuple[float, float] | None, _Range("angle", "half angle", "45 deg", "60 deg")
+    ] = None
+    """Angle between axis and side, within 1 degree, or the smallest and the largest that count."""
+    diameter: Annotated[tuple[float, float] | None, _Diameters] = None
+    """Where the cone is widest: one diameter, or the smallest and the largest that count, mm."""
+    axis: Annotated[str, Choice(AXES)] | None = None
+    """Direction of the axis: x, y or z."""
+    point: Point | None = None
+    """A point on the axis, mm."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _not_the_whole_angle(cls, value: Any) -> Any:
+        if isinstance(value, dict) and "angle" in value:
+            raise key_error(
+                "angle",
+                "a cone is found by its half angle, between axis and side; write "
+                f"{_half_angle_words(value['angle'])} instead",
+            )
+        return value
+
+
+class SlotSpec(Table):
+    """Faces of slots with round ends, narrowed by whatever is given; an empty table takes all.
+
+    The ends and the flat sides between them are faces of a slot, mostly four.
+    """
+
+    example: ClassVar[str] = '{width = "6 mm"}'
+
+    width: Annotated[tuple[float, float] | None, _Range("length", "width", "6 mm", "8 mm")] = None
+    """One width, or the smallest and the largest that count, mm."""
+    length: Annotated[tuple[float, float] | None, _Range("length", "length", "20 mm", "30 mm")] = (
+        None
+    )
+    """Over the round ends: one length, or the smallest and the largest that count, mm."""
+    axis: Annotated[str, Choice(AXES)] | None = None
+    """Direction across width and length, in which the slot is cut: x, y or z."""
 
 
 _AnyPlane: TypeAlias = Annotated[
@@ -267,6 +325,7 @@ class RegionSpec(Table):
     called: ClassVar[Mapping[str, str]] = {
         "hole": "cylinder",
         "bore": "cylinder",
+        "countersink": "cone",
         "normal": "facing",
         "direction": "facing",
         "tolerance": "area_tolerance",
@@ -279,6 +338,10 @@ class RegionSpec(Table):
     """Faces that lie in this box with every corner; with ``clip`` what it cuts out of any face."""
     cylinder: CylinderSpec | None = None
     """Cylindrical faces."""
+    cone: ConeSpec | None = None
+    """Conical faces: countersinks, tapers, tips of drilled holes."""
+    slot: SlotSpec | None = None
+    """Faces of slots with round ends."""
     facing: Facing | None = None
     """Faces whose mean outward normal points this way, within ``angle``."""
     angle: Annotated[float, Quantity("angle", above=0.0)] = 15.0
@@ -340,6 +403,14 @@ def _diameter_words(radius: object) -> str:
         return f'diameter = "{2 * parse_quantity(radius, "length"):g} mm"'
     except CaseError:
         return 'diameter = "8 mm", say,'
+
+
+def _half_angle_words(angle: object) -> str:
+    """The key ``half_angle`` for an included angle that was written, where that can be read."""
+    try:
+        return f'half_angle = "{0.5 * parse_quantity(angle, "angle"):g} deg"'
+    except CaseError:
+        return 'half_angle = "45 deg", say,'
 
 
 def direction_vector(direction: str) -> Triple:

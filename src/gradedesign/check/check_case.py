@@ -13,7 +13,7 @@ from gradedesign.cell.cell_map import turned_axes
 from gradedesign.check.predicted_run import PredictedRun, budget_warnings, predicted_run
 from gradedesign.layout.part_room import inner_points
 from gradedesign.limits.local_stress import allowed_stress, share_warnings
-from gradedesign.part.cylinders import CylinderGroup, cylinder_groups
+from gradedesign.part.round_shapes import RoundShapes, round_shapes
 from gradedesign.part.thickness import local_thickness
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.exclusion import exclusion_words, judged_share
@@ -88,7 +88,7 @@ class CaseCheck:
     Attributes
     ----------
     resolved : ResolvedCase
-    holes : tuple of CylinderGroup
+    holes : tuple of RoundShapes
     thickness : Thickness
     run : PredictedRun
     periodic : str
@@ -100,7 +100,7 @@ class CaseCheck:
     """
 
     resolved: ResolvedCase
-    holes: tuple[CylinderGroup, ...]
+    holes: tuple[RoundShapes, ...]
     thickness: Thickness
     run: PredictedRun
     periodic: str
@@ -149,7 +149,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
     ]
     return CaseCheck(
         resolved=resolved,
-        holes=cylinder_groups(resolved.part.faces),
+        holes=round_shapes(resolved.part.surface, resolved.part.faces),
         thickness=thickness,
         run=run,
         periodic=periodic,

@@ -20,28 +20,24 @@ from gradedesign.case.schema import CaseIdentity, RegionSpec
 from gradedesign.case.toml_text import toml_value
 from gradedesign.errors import CaseError
 from gradedesign.mesh._surface_mesh_kernels import triangle_areas
-from gradedesign.part.cylinders import CylinderGroup, cylinder_groups
 from gradedesign.part.part import Part, read_part
 from gradedesign.part.regions import Region, select_regions
+from gradedesign.part.round_shapes import RoundShapes, round_shapes
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.part_readers import part_readers
 
-#: What to write for each "?" of a drafted case, by the keys that hold one.
-_EXPECTED = {
-    "keep[0].region": "where wanted: a region that stays solid, by its name",
-    "material.name": 'a material that `gradedesign materials` lists, such as "Ti-6Al-4V"',
-    "load_case[0].fix[0].region": "the region that is held, by its name",
-    "load_case[0].load[0].region": "the region that is loaded, by its name",
-    "load_case[0].load[0].force": 'force along x, y and z, such as ["0 N", "0 N", "-500 N"]',
-    "limits.safety_factor": "a number above 1, such as 2: yield strength over stress",
-    "limits.displacement[0].region": "where wanted: the region whose displacement is limited",
-    "limits.displacement[0].magnitude": 'with it: how far it may move, such as "0.1 mm"',
-    "lattice.cell": "a cell that `gradedesign cells` lists, by its name",
-}
-_TABLE = re.compile(r"(?:# )?(\[+)(\w+)\]+")
-_ENTRY = re.compile(r'(\w+) = \[?"\?')
 #: Regions of each kind (named faces, holes) that are proposed.
 MOST_REGIONS = 12
+#: First word of the name of a region of hollow shapes.
+_HOLLOW = {
+    "hole": "hole",
+    "half bore": "half_bore",
+    "inner rounding": "hole",
+    "slot": "slot",
+    "countersink or inner cone": "cone",
+}
+#: What a wall all around spans, at least where facets of 12 around are missing.
+_WHOLE = "360 deg"
 #: Letters of a region's name that a name in the file gives.
 _LETTERS = 60
 #: Share of a size below which a coordinate is rounding noise.
@@ -61,8 +57,8 @@ class DraftCase:
         Every one selects what its lines say.
     lines : mapping of str to str
         TOML of each region.
-    others : tuple of CylinderGroup
-        Cylindrical faces that are none of them.
+    others : tuple of RoundShapes
+        Round shapes that are none of them.
     cell_size : float, mm
         Half of the mean chord of the part.
     """
@@ -71,17 +67,8 @@ class DraftCase:
     stated: Mapping[str, str]
     regions: Mapping[str, Region]
     lines: Mapping[str, str]
-    others: tuple[CylinderGroup, ...]
+    others: tuple[RoundShapes, ...]
     cell_size: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OpenQuestion:
-    """One "?" of a drafted case: its line, its key, what to write there."""
-
-    line: int
-    key: str
-    expected: str
 
 
 def draft_case(
@@ -137,7 +124,7 @@ def draft_case(
                 + ", ".join(f'units="{unit}"' for unit in UNITS)
             )
     part = read_part(identity, readers)
-    groups = cylinder_groups(part.faces)
+    groups = round_shapes(part.surface, part.faces)
     regions: dict[str, Region] = {}
     lines: dict[str, str] = {}
     for name, keys in (*_file_names(part), *_holes(groups), *_flat_ends()):
@@ -160,7 +147,7 @@ def draft_case(
         stated=stated,
         regions=regions,
         lines=lines,
-        others=tuple(g for g in groups if not (g.concave and _hole_name(g) in lines)),
+        others=tuple(g for g in groups if not (g.kind in _HOLLOW and _hole_name(g) in lines)),
         cell_size=float(f"{2.0 * part.volume / area:.2g}"),
     )
 
@@ -212,20 +199,6 @@ size = "{draft.cell_size:g} mm"  # half of the part's mean thickness
 """
 
 
-def open_questions(text: str) -> tuple[OpenQuestion, ...]:
-    """Every "?" of a drafted case `draft_text`, those in comments included, line by line."""
-    found, table = [], ""
-    for line, row in enumerate(text.splitlines(), start=1):
-        header = _TABLE.match(row)
-        if header:
-            table = header[2] + ("[0]" if len(header[1]) > 1 else "")
-        outer = row.removeprefix("# ").partition(" = ")[0]
-        for name in _ENTRY.findall(row):
-            key = f"{table}.{name}" if name == outer else f"{table}.{outer}[0].{name}"
-            found.append(OpenQuestion(line=line, key=key, expected=_EXPECTED[key]))
-    return tuple(found)
-
-
 def _identity(path: Path, stated: Mapping[str, str]) -> CaseIdentity:
     """A case of nothing but a part."""
     # The part is copied beside its case, wherever a link leads.
@@ -244,24 +217,26 @@ def _identity(path: Path, stated: Mapping[str, str]) -> CaseIdentity:
     )
 
 
-def _holes(groups: tuple[CylinderGroup, ...]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Holes by diameter and direction, the largest faces first."""
-    holes = sorted((g for g in groups if g.concave), key=lambda g: -g.area)
+def _holes(groups: tuple[RoundShapes, ...]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Holes, slots and inner cones by size and direction, the largest faces first."""
+    holes = sorted((g for g in groups if g.kind in _HOLLOW), key=lambda g: -g.area)
     for hole in holes[:MOST_REGIONS]:
-        cylinder: dict[str, Any] = {"diameter": f"{hole.diameter:.4g} mm"}
-        if hole.axis_name is not None:
-            cylinder["axis"] = hole.axis_name
+        key, stated = hole.keys
         name = _hole_name(hole)
-        yield name, {"cylinder": cylinder, "count": hole.count}
-        if hole.count == 1:
+        yield name, {key: stated, "count": hole.count}
+        if key == "cylinder" and "span" not in stated:
+            # Where half a bore, or the ends of a slot, have the same diameter.
+            yield name, {key: {**stated, "span": _WHOLE}, "count": hole.count}
+        if hole.count == 1 and key != "slot":
             # Where a boss or a rounding has the same diameter.
             point = _lengths(hole.points[0], hole.diameter)
-            yield name, {"cylinder": {**cylinder, "point": point}, "count": 1}
+            yield name, {key: {**stated, "point": point}, "count": 1}
 
 
-def _hole_name(hole: CylinderGroup) -> str:
+def _hole_name(hole: RoundShapes) -> str:
     width = f"{hole.diameter:.4g}".replace(".", "_")
-    return f"hole_{width}" + ("" if hole.axis_name is None else f"_{hole.axis_name}")
+    word = _HOLLOW[hole.kind]
+    return f"{word}_{width}" + ("" if hole.axis_name is None else f"_{hole.axis_name}")
 
 
 def _file_names(part: Part) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -35,9 +35,11 @@ def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]
         "passive_solids": passive_solids(checked),
         "holes": [
             {
-                "kind": "hole" if group.concave else "boss or rounding",
+                "kind": group.kind,
                 "diameter_mm": round(group.diameter, 6),
                 "axis": plain_vector(group.axis),
+                "half_angle_deg": group.half_angle,
+                "length_mm": group.length,
                 "faces": group.count,
                 "area_mm2": group.area,
                 "points_mm": [plain_vector(point) for point in group.points],

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from gradedesign.case.part_schema import BODIES, UNITS
 from gradedesign.case.suggest import instead, shown
-from gradedesign.check.draft_case import DraftCase, draft_case, draft_text, open_questions
+from gradedesign.check.draft_case import DraftCase, draft_case, draft_text
+from gradedesign.check.open_questions import open_questions
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_table, print_text, print_warnings

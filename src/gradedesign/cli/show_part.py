@@ -10,12 +10,12 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.cli.check_data import file_faces
 from gradedesign.cli.show import print_table, print_text, without_noise
-from gradedesign.part.cylinders import CylinderGroup
 from gradedesign.part.part import Part
 from gradedesign.part.place_words import number
 from gradedesign.part.regions import Region
+from gradedesign.part.round_shapes import RoundShapes
 
-#: Groups of cylinders that are printed; ``check --json`` has all.
+#: Groups of round shapes that are printed; ``check --json`` has all.
 _MOST_HOLES = 12
 #: Faces of the file that are printed; ``check --json`` has all.
 _MOST_FILE_FACES = 24
@@ -51,16 +51,16 @@ def print_regions(part: Part, regions: Mapping[str, Region]) -> None:
     )
 
 
-def print_holes(part: Part, holes: Sequence[CylinderGroup]) -> None:
-    """Print the cylindrical faces of a part, with the lines that select them."""
+def print_holes(part: Part, holes: Sequence[RoundShapes]) -> None:
+    """Print the round shapes of a part, with the lines that select them."""
     if not holes:
         return
     print_table(
-        "Holes and bosses",
+        "Holes, slots, cones and bosses",
         ("kind", "faces", "to select them", "on their axes, mm"),
         [
             (
-                "hole" if group.concave else "boss or rounding",
+                group.kind,
                 str(group.count),
                 group.selector,
                 _points(group.points, extent(part)),

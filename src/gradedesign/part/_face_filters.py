@@ -1,17 +1,29 @@
-"""Smooth faces that one key of a region fits, and the deviations of the others."""
+"""Smooth faces that one key of a region fits, and the deviations of the others.
+
+Above 300 lines: a function for each key of one table of the case file.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray
-from gradedesign.case.regions_schema import AXES, BoxSpec, CylinderSpec, PlaneSpec, RegionSpec
+from gradedesign.case.regions_schema import (
+    AXES,
+    BoxSpec,
+    ConeSpec,
+    CylinderSpec,
+    PlaneSpec,
+    RegionSpec,
+    SlotSpec,
+)
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
 from gradedesign.part.place_words import place
-from gradedesign.part.smooth_faces import SmoothFaces
+from gradedesign.part.slots import find_slots
+from gradedesign.part.smooth_faces import SmoothFace, SmoothFaces
 
 #: Distances below this share of the diagonal do not count for planes.
 PLANE_SHARE = 1e-4
@@ -21,6 +33,9 @@ BOX_SHARE = 1e-5
 PLANE_ANGLE, AXIS_ANGLE = 1.0, 3.0
 #: Relative tolerance of a diameter; facets lie inside the true circle.
 DIAMETER_SHARE = 0.02
+#: A half angle stated alone may be off by so much, and how far a wall goes around, degrees: facets
+#: of 12 around lie between.
+HALF_ANGLE, SPAN_ANGLE = 1.0, 30.0
 #: The same at the ends of a range, which says itself how much may differ.
 RANGE_SHARE = 0.001
 
@@ -87,6 +102,10 @@ def matches(part: FacedPart, spec: RegionSpec) -> Iterator[Match]:
         yield _on_plane(part, spec.plane)
     if spec.cylinder is not None:
         yield _on_cylinder(part, spec.cylinder)
+    if spec.cone is not None:
+        yield _on_cone(part, spec.cone)
+    if spec.slot is not None:
+        yield _of_slot(part, spec.slot)
     if spec.facing_vector is not None:
         yield _facing(part, np.array(spec.facing_vector), spec.angle, f"facing {spec.facing}")
     if spec.box is not None:
@@ -143,32 +162,112 @@ def _plane(part: FacedPart, spec: PlaneSpec) -> tuple[FloatArray, FloatArray, st
 
 
 def _on_cylinder(part: FacedPart, spec: CylinderSpec) -> Match:
-    """Cylindrical faces of a diameter, an axis, a place."""
-    words = ["cylinder"]
-    low, high = spec.diameter or (0.0, 0.0)
-    if spec.diameter is not None:
-        span = f"{low:g} mm" if low == high else f"{low:g} to {high:g} mm"
-        words.append(f"of diameter {span}")
-    share = DIAMETER_SHARE if low == high else RANGE_SHARE
-    words += [] if spec.axis is None else [f"along {spec.axis}"]
-    words += [] if spec.point is None else [f"about an axis through {place(np.array(spec.point))}"]
+    """Cylindrical faces of a diameter, an axis, a place, a span."""
+    sizes = [
+        _Size("of diameter", "mm", spec.diameter, DIAMETER_SHARE, _diameter),
+        _Size("that goes around by", "deg", spec.span, SPAN_ANGLE, _span, absolute=True),
+    ]
+    return _on_round(part, "cylinder", spec.axis, spec.point, sizes)
+
+
+def _on_cone(part: FacedPart, spec: ConeSpec) -> Match:
+    """Conical faces of a half angle, a wide diameter, an axis, a place."""
+    sizes = [
+        _Size("of half angle", "deg", spec.half_angle, HALF_ANGLE, _half_angle, absolute=True),
+        _Size("of diameter", "mm", spec.diameter, DIAMETER_SHARE, _diameter),
+    ]
+    return _on_round(part, "cone", spec.axis, spec.point, sizes)
+
+
+@dataclass(frozen=True, slots=True)
+class _Size:
+    """A size that faces must have: one value within a tolerance, or a range."""
+
+    words: str
+    unit: str
+    stated: tuple[float, float] | None
+    tolerance: float
+    of: Callable[[SmoothFace], float | None]
+    absolute: bool = False
+
+    def described(self) -> str:
+        low, high = self.stated or (0.0, 0.0)
+        span = f"{low:g}" if low == high else f"{low:g} to {high:g}"
+        return f"{self.words} {span} {self.unit}"
+
+    def wrong(self, value: float) -> tuple[float, bool]:
+        """How far a value is off, relative to what is stated, and whether it fits."""
+        if self.stated is None:
+            return 0.0, True
+        low, high = self.stated
+        off = max(low - value, value - high, 0.0)
+        share = off / (low if value < low else high)
+        if low != high:
+            return share, share <= RANGE_SHARE
+        return share, (off if self.absolute else share) <= self.tolerance
+
+
+def _diameter(face: SmoothFace) -> float | None:
+    return face.wide_diameter if face.kind == "cone" else face.diameter
+
+
+def _span(face: SmoothFace) -> float | None:
+    return face.span
+
+
+def _half_angle(face: SmoothFace) -> float | None:
+    return face.half_angle
+
+
+def _on_round(
+    part: FacedPart,
+    kind: str,
+    axis: str | None,
+    point: tuple[float, float, float] | None,
+    sizes: list[_Size],
+) -> Match:
+    """Faces of a round kind, of some sizes, an axis, a place."""
+    words = [kind, *(size.described() for size in sizes if size.stated is not None)]
+    words += [] if axis is None else [f"along {axis}"]
+    words += [] if point is None else [f"about an axis through {place(np.array(point))}"]
     fits, miss = [], []
     for face in part.faces.faces:
-        if face.axis is None or face.point is None or face.diameter is None:
+        if face.kind != kind or face.axis is None or face.point is None:
             fits.append(False)
             miss.append(3.0)
             continue
-        wrong = angle = off = 0.0
-        if spec.diameter is not None:
-            wrong = max(1.0 - face.diameter / low, face.diameter / high - 1.0, 0.0)
-        if spec.axis is not None:
-            angle = _line_angle(face.axis, np.eye(3)[AXES.index(spec.axis)])
-        if spec.point is not None:
-            off = float(np.linalg.norm(np.cross(np.array(spec.point) - face.point, face.axis)))
-        slack = DIAMETER_SHARE * face.diameter + PLANE_SHARE * part.diagonal
-        fits.append(wrong <= share and angle <= AXIS_ANGLE and off <= slack)
-        miss.append(min(wrong, 1.0) + angle / 90.0 + off / part.diagonal)
+        judged = [size.wrong(size.of(face) or 0.0) for size in sizes]
+        angle = off = 0.0
+        if axis is not None:
+            angle = _line_angle(face.axis, np.eye(3)[AXES.index(axis)])
+        if point is not None:
+            off = float(np.linalg.norm(np.cross(np.array(point) - face.point, face.axis)))
+        slack = DIAMETER_SHARE * (_diameter(face) or 0.0) + PLANE_SHARE * part.diagonal
+        fits.append(all(right for _, right in judged) and angle <= AXIS_ANGLE and off <= slack)
+        wrong = sum(min(share, 1.0) for share, _ in judged)
+        miss.append(wrong + angle / 90.0 + off / part.diagonal)
     return Match(key=" ".join(words), fits=np.array(fits), miss=np.array(miss))
+
+
+def _of_slot(part: FacedPart, spec: SlotSpec) -> Match:
+    """Faces of slots of a width, a length, an axis."""
+    sizes = [
+        _Size("of width", "mm", spec.width, DIAMETER_SHARE, _diameter),
+        _Size("of length", "mm", spec.length, DIAMETER_SHARE, _diameter),
+    ]
+    words = ["slot", *(size.described() for size in sizes if size.stated is not None)]
+    words += [] if spec.axis is None else [f"along {spec.axis}"]
+    fits = np.zeros(len(part.corners), dtype=bool)
+    miss = np.full(len(part.corners), 3.0)
+    for slot in find_slots(part.surface, part.faces):
+        judged = [size.wrong(v) for size, v in zip(sizes, (slot.width, slot.length), strict=True)]
+        angle = 0.0
+        if spec.axis is not None:
+            angle = _line_angle(slot.axis, np.eye(3)[AXES.index(spec.axis)])
+        own = list(slot.faces)
+        fits[own] = all(right for _, right in judged) and angle <= AXIS_ANGLE
+        miss[own] = sum(min(share, 1.0) for share, _ in judged) + angle / 90.0
+    return Match(key=" ".join(words), fits=fits, miss=miss)
 
 
 def _facing(part: FacedPart, vector: FloatArray, limit: float, words: str) -> Match:

@@ -1,4 +1,7 @@
-"""Fitting planes and cylinders to patches of a triangle surface."""
+"""Fitting cylinders and cones to patches of a triangle surface.
+
+Above 300 lines: cylinder and cone share their steps.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +19,14 @@ _RADIAL = np.cos(np.radians(16.0))
 _SPREAD = np.sin(np.radians(0.2))
 #: Facets whose normals spread less than this are flat, as far as a cylinder goes.
 _CURVED = np.sin(np.radians(3.0))
+#: Corners this close to an axis, as a share of a face's size, lie on it; arcs that are no farther
+#: apart, degrees, meet. Both are rounding.
+_ON_AXIS, _NO_GAP = 1e-6, 1e-6
+#: Corners of a cone this close to its axis, as a share of its radius, are its apex; chosen.
+_APEX = 1e-2
+#: Sines of the half angles of cones, 2 and 85 degrees: below, facets pass for those of a cylinder,
+#: above for those of a plane.
+_LEAST_TAPER, _MOST_TAPER = np.sin(np.radians([2.0, 85.0]))
 #: Part of a wall's length that tells whether it is straight, and share of the variance of its
 #: corners' distances that a bent or tapered wall explains; chosen, on the bores of the tests.
 _INNER, _ORDER = 0.8, 0.6
@@ -49,19 +60,22 @@ class Patch:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Cylinder:
-    """A cylinder through the vertices of a patch.
+    """A cylinder or a cone through the vertices of a patch.
 
     Attributes
     ----------
     axis : (3,) array
-        Unit vector; its largest component is positive.
+        Unit vector; its largest component is positive, or it points to where a cone is wide.
     point : (3,) array, mm
         On the axis, halfway along the patch.
     radius : float, mm
+        At that point.
     deviation : float, mm
-        Largest distance of a vertex from the cylinder.
+        Largest distance of a vertex from the surface.
     concave : bool
         True where the outward normals point to the axis: a hole.
+    rise : float
+        Of the radius along the axis: the tangent of a cone's half angle; 0 of a cylinder.
     """
 
     axis: FloatArray
@@ -69,6 +83,7 @@ class Cylinder:
     radius: float
     deviation: float
     concave: bool
+    rise: float = 0.0
 
 
 def fit_cylinder(patch: Patch) -> Cylinder | None:
@@ -147,33 +162,98 @@ def cylinder_through(
         weight = areas / (1.0 + tilt / _SQUARE**2)
         weight /= weight.sum()
     centre, radius = _circle(points, axis)
+    found = _least_squares(points, axis, centre, radius, 0.0)
+    if found is None:
+        return None
+    axis, centre, radius, _ = found
+    return axis * np.sign(axis[np.argmax(np.abs(axis))]), centre, radius
+
+
+def cone_through(patch: Patch) -> tuple[FloatArray, FloatArray, float, float] | None:
+    """Axis, a point on it, the radius there and its rise along the axis, of a cone.
+
+    The normals of a cone make one angle with its axis: it is the direction in which they vary
+    least. Centre and radius are linear in the squares of the corners' distances then; last comes
+    the least-squares cone of the corners.
+
+    Returns
+    -------
+    tuple or None
+        The axis points to where the cone is wide: the rise is positive. None where the facets are
+        flat, or of a cylinder.
+    """
+    if len(patch.points) < 7:
+        return None
+    weight = patch.areas / patch.areas.sum()
+    for _ in range(4):
+        mean = weight @ patch.normals
+        varied = patch.normals - mean
+        spread, directions = np.linalg.eigh((varied * weight[:, None]).T @ varied)
+        if spread[1] < _SPREAD**2:
+            return None
+        axis = directions[:, 0]
+        weight = patch.areas / (1.0 + (varied @ axis) ** 2 / _SQUARE**2)
+        weight /= weight.sum()
+    sine = abs(float(weight @ patch.normals @ axis))
+    if not _LEAST_TAPER < sine < _MOST_TAPER:
+        return None
+    rise = sine / np.sqrt(1.0 - sine**2)
+    across, up = _square_directions(axis)
+    middle = patch.points.mean(axis=0)
+    x, y, z = ((patch.points - middle) @ direction for direction in (across, up, axis))
+    # (x - cx)^2 + (y - cy)^2 = (radius + rise z)^2
+    system = np.stack([2.0 * x, 2.0 * y, 2.0 * rise * z, np.ones_like(x)], axis=1)
+    cx, cy, radius, _ = np.linalg.lstsq(system, x**2 + y**2 - (rise * z) ** 2, rcond=1e-12)[0]
+    if radius < 0.0:
+        axis, radius = -axis, -radius
+    centre = middle + cx * across + cy * up
+    found = _least_squares(patch.points, axis, centre, float(radius), float(rise))
+    if found is None or not _LEAST_TAPER < np.sin(np.arctan(found[3])) < _MOST_TAPER:
+        return None
+    return found
+
+
+def _least_squares(
+    points: FloatArray, axis: FloatArray, centre: FloatArray, radius: float, rise: float
+) -> tuple[FloatArray, FloatArray, float, float] | None:
+    """Least-squares cone of points by Gauss-Newton steps; a cylinder where the rise is 0.
+
+    Points that lie off are left out at every fourth step, half of them at most.
+    """
+    tapered = rise != 0.0
+    # A ring of corners and an apex do not tell a shift from a turn: rounding must not.
+    least = 1e-4 if tapered else 1e-9
     near_points = points
     for step in range(12):
         across, up = _square_directions(axis)
         offset = near_points - centre
         x, y, along = offset @ across, offset @ up, offset @ axis
         distance = np.maximum(np.hypot(x, y), 1e-300)
-        off = distance - radius
+        off = distance - radius - rise * along
+        # An apex lies in no direction, but without it a ring of corners is no cone.
+        apex = tapered & (distance <= _APEX * radius)
         if step % 4 == 3:
-            near = np.abs(off) <= 4.0 * np.median(np.abs(off))
+            near = apex | (np.abs(off) <= 4.0 * np.median(np.abs(off)))
             if np.count_nonzero(near) >= max(6, len(points) // 2):
                 near_points = near_points[near]
                 continue
-        u, w = x / distance, y / distance
-        system = np.stack([-u, -w, -along * u, -along * w, -np.ones_like(u)], axis=1)
-        scale = np.array([1.0, 1.0, 1.0 / radius, 1.0 / radius, 1.0])
-        dx, dy, da, db, dr = scale * np.linalg.lstsq(system * scale, -off, rcond=1e-9)[0]
-        centre = centre + dx * across + dy * up
-        axis = axis + da * across + db * up
-        length = float(np.linalg.norm(axis))
-        axis, radius = axis / length, float(radius + dr)
-        if not (np.isfinite(radius) and radius > 0.0):
+        u, w = np.where(apex, 0.0, x / distance), np.where(apex, 0.0, y / distance)
+        ones = np.ones_like(u)
+        turned = (-along * u - rise * x, -along * w - rise * y)
+        system = np.stack([-u, -w, *turned, -ones, *[-along] * tapered], axis=1)
+        scale = np.array([1.0, 1.0, 1.0 / radius, 1.0 / radius, 1.0, *[1.0 / radius] * tapered])
+        change = scale * np.linalg.lstsq(system * scale, -off, rcond=least)[0]
+        centre = centre + change[0] * across + change[1] * up
+        axis = axis + change[2] * across + change[3] * up
+        axis, radius = axis / float(np.linalg.norm(axis)), float(radius + change[4])
+        rise = float(rise + change[5]) if tapered else 0.0
+        if not (np.isfinite(radius) and radius > 0.0 and np.isfinite(rise)):
             return None
-    return axis * np.sign(axis[np.argmax(np.abs(axis))]), centre, radius
+    return axis, centre, radius, rise
 
 
 def without_order(points: FloatArray, cylinder: Cylinder) -> bool:
-    """Whether corners ``(n, 3)`` lie off a cylinder without order.
+    """Whether corners ``(n, 3)`` lie off a cylinder, or a cone, without order.
 
     On a piece of a cone, a sphere or a waist that was gathered within a tolerance the radius rises
     or bends along the axis by as much as that. The ends do not count: a rim may be rounded.
@@ -187,7 +267,8 @@ def without_order(points: FloatArray, cylinder: Cylinder) -> bool:
     across, up = _square_directions(cylinder.axis)
     x, y, z = offset[inner] @ across, offset[inner] @ up, along[inner] / length
     radius = np.hypot(x, y)
-    off = radius - radius.mean()
+    off = radius - cylinder.rise * along[inner]
+    off -= off.mean()
     if np.abs(off).max() <= _ROUND * cylinder.radius:
         return True
     around = (np.ones_like(z), x / radius, y / radius)
@@ -206,6 +287,27 @@ def angular_span(points: FloatArray, cylinder: Cylinder) -> float:
     return float(360.0 - gaps.max())
 
 
+def covered_angle(corners: FloatArray, axis: FloatArray, point: FloatArray) -> float:
+    """Degrees around an axis that triangles ``(k, 3, 3)`` cover, 360 where they close."""
+    across, up = _square_directions(axis)
+    offset = corners - point
+    angle = np.degrees(np.arctan2(offset @ up, offset @ across))
+    # Corners on the axis lie in all directions: they take that of another corner.
+    apex = np.hypot(offset @ up, offset @ across) <= _ON_AXIS * np.abs(offset).max()
+    angle = np.where(apex, np.nan, angle)
+    first = np.where(np.isnan(angle[:, :1]), angle[:, 1:2], angle[:, :1])
+    turn = np.mod(angle - first + 180.0, 360.0) - 180.0
+    low = np.mod(first[:, 0] + np.nanmin(turn, axis=1), 360.0)
+    width = np.nanmax(turn, axis=1) - np.nanmin(turn, axis=1)
+    # Arcs from low on, those beyond 360 degrees once more from their start less a turn.
+    starts = np.concatenate([low, low - 360.0])
+    ends = np.minimum(starts + np.concatenate([width, width]), 360.0)
+    order = np.argsort(starts)
+    reach = np.maximum.accumulate(np.append(0.0, ends[order]))
+    gaps = np.append(starts[order], 360.0) - reach
+    return float(360.0 - np.maximum(gaps, 0.0)[gaps > _NO_GAP].sum())
+
+
 def _circle(points: FloatArray, axis: FloatArray) -> tuple[FloatArray, float]:
     """Least-squares circle of points seen along an axis: centre ``(3,)`` and radius, mm."""
     across, up = _square_directions(axis)
@@ -221,7 +323,10 @@ def _circle(points: FloatArray, axis: FloatArray) -> tuple[FloatArray, float]:
 
 def _square_directions(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Two unit vectors square to an axis and to each other."""
-    helper = np.eye(3)[np.argmin(np.abs(axis))]
-    across = np.cross(axis, helper)
+    # By hand: fits ask for them at every step, and a general product takes most of their time.
+    x, y, z = axis.tolist()
+    least = int(np.argmin(np.abs(axis)))
+    across = np.array([(0.0, z, -y), (-z, 0.0, x), (y, -x, 0.0)][least])
     across /= np.linalg.norm(across)
-    return across, np.cross(axis, across)
+    u, v, w = across.tolist()
+    return across, np.array([y * w - z * v, z * u - x * w, x * v - y * u])

@@ -59,5 +59,14 @@ def _described(face: SmoothFace) -> str:
     words = f"{face.kind}, area {face.area:.4g} mm^2, centroid {place(face.centroid)}"
     if face.diameter is not None and face.axis is not None:
         shape = "hole" if face.concave else "outer"
-        return f"{words}, {shape}, diameter {face.diameter:.4g} mm, axis {direction(face.axis)}"
+        span = "" if face.span is None or face.span > 359.0 else f", around {face.span:.3g} deg"
+        return (
+            f"{words}, {shape}, diameter {face.diameter:.4g} mm, axis {direction(face.axis)}{span}"
+        )
+    if face.half_angle is not None and face.axis is not None:
+        shape = "inner" if face.concave else "outer"
+        return (
+            f"{words}, {shape}, half angle {face.half_angle:.4g} deg, diameter "
+            f"{face.wide_diameter:.4g} mm, axis {direction(face.axis)}"
+        )
     return words if face.normal is None else f"{words}, normal {direction(face.normal)}"

@@ -12,6 +12,7 @@ from scipy.sparse.csgraph import connected_components
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.mesh.surface_mesh import SurfaceMesh, area_vectors, corner_points
 from gradedesign.part._edges import face_edges
+from gradedesign.part._face_fits import covered_angle
 from gradedesign.part.exact_surface import ExactSurface
 from gradedesign.part.file_faces import NO_FACE, FileFaces
 from gradedesign.part.smooth_faces import SmoothFace, SmoothFaces, mean_normal
@@ -119,7 +120,7 @@ def _face(surface: SurfaceMesh, entry: ExactSurface, own: IntArray) -> SmoothFac
     areas = np.linalg.norm(vectors, axis=1)
     total = float(areas.sum())
     centres = corners.mean(axis=1)
-    axis = point = diameter = concave = None
+    axis = point = diameter = concave = span = None
     if entry.placed is not None:
         axis, start, diameter = entry.placed
         axis = axis * np.sign(axis[np.argmax(np.abs(axis))])
@@ -128,6 +129,7 @@ def _face(surface: SurfaceMesh, entry: ExactSurface, own: IntArray) -> SmoothFac
         outward = centres - start
         outward = outward - np.outer(outward @ axis, axis)
         concave = bool((outward * vectors).sum() < 0.0)
+        span = covered_angle(corners, axis, point)
     return SmoothFace(
         kind=entry.kind,
         area=total,
@@ -137,4 +139,5 @@ def _face(surface: SurfaceMesh, entry: ExactSurface, own: IntArray) -> SmoothFac
         point=point,
         diameter=diameter,
         concave=concave,
+        span=span,
     )

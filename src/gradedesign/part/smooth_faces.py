@@ -7,7 +7,7 @@ parted at sharp edges, then taken apart into planes and cylinders where these me
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,7 +15,8 @@ from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.part._clusters import Clusters, facet_patch, find_clusters
 from gradedesign.part._curved_faces import Piece, split_region
-from gradedesign.part._face_fits import Cylinder
+from gradedesign.part._face_fits import Cylinder, covered_angle
+from gradedesign.part._facet_sheet import facet_sheet, large_flat
 from gradedesign.part._walls import find_walls
 
 log = logging.getLogger(__name__)
@@ -33,20 +34,26 @@ class SmoothFace:
 
     Attributes
     ----------
-    kind : {"plane", "cylinder", "other"}
+    kind : {"plane", "cylinder", "cone", "other"}
     area : float, mm^2
     centroid : (3,) array, mm
         Of the triangles; for a hole it lies on its axis.
     normal : (3,) array or None
         Area-averaged outward unit normal; None where it averages out.
     axis : (3,) array or None
-        Of a cylinder: unit vector with its largest component positive.
+        Of a cylinder or cone: unit vector with its largest component positive.
     point : (3,) array or None, mm
-        On the axis of a cylinder, halfway along it.
+        On the axis of a cylinder or cone, halfway along it.
     diameter : float or None, mm
         Of a cylinder.
     concave : bool or None
-        Of a cylinder: True for a hole, False for a boss or a rounded edge.
+        Of a cylinder or cone: True for a hole, False for a boss or a rounded edge.
+    half_angle : float or None, degrees
+        Of a cone: between its axis and its side.
+    wide_diameter : float or None, mm
+        Of a cone: where it is widest.
+    span : float or None, degrees
+        Of a cylinder or cone: how far it goes around its axis, 360 all around.
     """
 
     kind: str
@@ -57,6 +64,9 @@ class SmoothFace:
     point: FloatArray | None = None
     diameter: float | None = None
     concave: bool | None = None
+    half_angle: float | None = None
+    wide_diameter: float | None = None
+    span: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("centroid", "normal", "axis", "point"):
@@ -124,12 +134,16 @@ def segment_faces(surface: SurfaceMesh) -> SmoothFaces:
 def _with_walls(
     clusters: Clusters, label: IntArray, pieces: list[Piece]
 ) -> tuple[IntArray, list[str], list[Cylinder | None]]:
-    """Faces in the order of their first facets, cylinders put together that slivers cut."""
+    """Faces in the order of their first facets, with the walls that slivers cut, and cones."""
     kinds, fits = [piece[0] for piece in pieces], [piece[2] for piece in pieces]
-    for wall in find_walls(clusters, label, kinds):
-        label[wall.facets] = len(kinds)
-        kinds.append("cylinder")
-        fits.append(wall.cylinder)
+    flat = large_flat(clusters, label, kinds)
+    cylindrical = np.array([kind == "cylinder" for kind in kinds])[label]
+    if not (flat | cylindrical).all():
+        sheet = facet_sheet(clusters, flat)
+        for kind, wall in find_walls(sheet, cylindrical):
+            label[wall.facets] = len(kinds)
+            kinds.append(kind)
+            fits.append(wall.cylinder)
     used, first, label = np.unique(label, return_index=True, return_inverse=True)
     order = np.argsort(first)
     rank = np.argsort(order)
@@ -146,17 +160,28 @@ def mean_normal(vector: FloatArray, area: float) -> FloatArray | None:
     return vector / length if length > _NOWHERE * area else None
 
 
-def _face(clusters: Clusters, facets: IntArray, kind: str, cylinder: Cylinder | None) -> SmoothFace:
+def _face(clusters: Clusters, facets: IntArray, kind: str, fit: Cylinder | None) -> SmoothFace:
     """Measure one face."""
     patch = facet_patch(clusters, facets)
     area = float(patch.areas.sum())
-    return SmoothFace(
+    face = SmoothFace(
         kind=kind,
         area=area,
         centroid=patch.areas @ patch.centres / area,
         normal=mean_normal(patch.areas @ patch.normals, area),
-        axis=None if cylinder is None else cylinder.axis,
-        point=None if cylinder is None else cylinder.point,
-        diameter=None if cylinder is None else 2.0 * cylinder.radius,
-        concave=None if cylinder is None else cylinder.concave,
+    )
+    if fit is None:
+        return face
+    corners = clusters.surface.vertices[clusters.surface.faces[facets]]
+    reach = float(((corners - fit.point) @ fit.axis).max())
+    cone = kind == "cone"
+    return replace(
+        face,
+        axis=fit.axis * np.sign(fit.axis[np.argmax(np.abs(fit.axis))]),
+        point=fit.point,
+        diameter=None if cone else 2.0 * fit.radius,
+        concave=fit.concave,
+        half_angle=float(np.degrees(np.arctan(fit.rise))) if cone else None,
+        wide_diameter=2.0 * (fit.radius + fit.rise * reach) if cone else None,
+        span=covered_angle(corners, fit.axis, fit.point),
     )
