@@ -250,8 +250,12 @@ def test_row_25_touching_boxes_are_two_bodies(shift):
 
 def test_boxes_glued_at_a_face_become_one_where_they_are_joined():
     both = np.concatenate([BOX, BOX + np.array([10.0, 0.0, 0.0])])
-    with pytest.raises(PartError, match=r"2 solids touch along 100 mm\^2 around \(10, 5, 5\) mm"):
+    with pytest.raises(
+        PartError, match=r"2 solids touch along 100 mm\^2 around \(10, 5, 5\) mm"
+    ) as refused:
         build_surface(both)
+    # "all" alone would be refused later: every analysis would join them.
+    assert 'leave a gap between them in CAD and set bodies = "all"' in str(refused.value)
     _, report = check_solid(both, 2000.0, bodies="join")
     assert (report.bodies, report.bodies_joined, report.common_area) == (1, 2, pytest.approx(100))
     assert "joined along 100 mm^2" in report.warnings[0]
