@@ -1,4 +1,4 @@
-"""Predicted against real seconds of a first iteration, and the predicted memory against the real.
+"""Predicted against real seconds of a first iteration, of acceptances and of a whole run.
 
 Run ``python benchmarks/bench_prediction.py [CASE ...]`` on an otherwise idle machine;
 ``cases/mini`` by default. Every case is run to its end in a folder of its own. Within a
@@ -14,7 +14,10 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-HEAD = "case, first predicted s, first s, ratio, unknowns predicted M, M, whole run predicted s, s"
+HEAD = (
+    "case, first predicted s, first s, ratio, unknowns predicted M, M, an acceptance predicted s, "
+    "all acceptances s, whole run predicted s, s"
+)
 
 
 def compared(case: str, folder: Path) -> str:
@@ -27,7 +30,8 @@ def compared(case: str, folder: Path) -> str:
     return (
         f"{result['case_name']}, {predicted['iteration_s']:.0f}, {real:.0f}, "
         f"{predicted['iteration_s'] / real:.2f}, {predicted['explicit_dofs'] / 1e6:.2f}, "
-        f"{first['dofs'] / 1e6:.2f}, {predicted['run_s']:.0f}, {total:.0f}"
+        f"{first['dofs'] / 1e6:.2f}, {predicted['whole_s'] + predicted['acceptance_s']:.0f}, "
+        f"{result['timing_s'].get('acceptance', 0.0):.0f}, {predicted['run_s']:.0f}, {total:.0f}"
     )
 
 

@@ -448,3 +448,17 @@ def test_loading_that_takes_long_is_told(cli, monkeypatch, options):
     assert 2 <= len(lines) <= 6  # of 0.3 s, none of the time after
     assert lines[0] == "start       loading the program and its plugins, 0 s"
     assert silent == ""
+
+
+def test_the_end_of_a_command_looks_for_no_cycles():
+    """The last look through all objects is most of the time between the last line and the end."""
+    code = (
+        "import atexit, gc, sys; from gradedesign.cli import main; "
+        "atexit.register(lambda: print('frozen', gc.get_freeze_count() > 10_000)); "
+        "main(['--version'])"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=120
+    )
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout.splitlines()[-1] == "frozen True"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import gc
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
@@ -27,6 +29,10 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     arguments : sequence of str, optional
         Those of the process by default.
     """
+    # The interpreter would look through every object for cycles as it ends: 0.7 of the 0.9 s of
+    # processor time between the last line of a command and its end, tens of seconds on a machine
+    # that is busy with more. Nothing is freed by it that the end of the process does not free.
+    atexit.register(gc.freeze)
     words = list(sys.argv[1:] if arguments is None else arguments)
     with interruptible() as interruption:
         try:

@@ -16,6 +16,9 @@ from gradedesign.verify.tets import DOFS_PER_TET, solve_seconds
 
 #: Homogenised analyses beside sizing, counted in its iterations: prediction and correction.
 LEARNING_SIZING_ITERATIONS = 2
+#: Acceptances of a run of more than one iteration: the first that holds teaches factors, the last
+#: decides. Two in `mini` and in `size-graded`.
+USUAL_ACCEPTANCES = 2
 #: A prediction is meant to be right within this factor on an idle machine.
 WITHIN = 2.0
 
@@ -111,7 +114,7 @@ class CostPrediction:
     iteration_s : float, s
         A first iteration: sizing, mesh, solve, and the update of the corrections.
     run_s : float, s
-        ``iterations`` iterations, one acceptance, part and output.
+        ``iterations`` iterations, their acceptances, part and output.
     iterations : int
         That ``run_s`` counts.
     learned : bool
@@ -163,6 +166,7 @@ def predict_cost(
     learning = sizing_seconds(work, speed, LEARNING_SIZING_ITERATIONS)
     iterations = min(USUAL_ITERATIONS, work.iterations)
     sized = sum(sizing_seconds(work, speed, sizing_iterations_of(n)) for n in range(iterations))
+    accepted = min(USUAL_ACCEPTANCES, iterations) * (whole + accept)
     return CostPrediction(
         part_dofs=work.part_dofs,
         explicit_dofs=work.explicit_dofs,
@@ -173,7 +177,7 @@ def predict_cost(
         whole_s=whole,
         acceptance_s=accept,
         iteration_s=sizing + mesh + solve + learning,
-        run_s=speed.start + sized + iterations * (mesh + solve + learning) + whole + accept,
+        run_s=speed.start + sized + iterations * (mesh + solve + learning) + accepted,
         iterations=iterations,
         learned=learned,
     )
