@@ -17,6 +17,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.sizing.analysed_step import analysed_step
 from gradedesign.sizing.problem import SizingProblem, SizingResult, SizingStep
+from gradedesign.workspace.progress import stepping
 
 log = logging.getLogger(__name__)
 
@@ -96,7 +97,9 @@ def size_by_mean_density(
     def excess(density: float) -> float:
         """Logarithm of the largest utilisation over the target; -inf where nothing is used."""
         change = abs(density - tried[-1]) / hi if tried else 0.0
-        step = analysed_step(problem, densities(density), len(history), change)
+        number = len(history)
+        with stepping(f"design {number + 1} of {max_iterations} at most, mean {density:.3f}"):
+            step = analysed_step(problem, densities(density), number, change)
         tried.append(density)
         history.append(step)
         if on_step is not None:
