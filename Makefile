@@ -53,3 +53,4 @@ bench: $(TESTED)
 # The site of docs/, below build/site; warnings are errors.
 docs: $(DOCUMENTED)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
+	@echo "site: $(CURDIR)/build/site/index.html"
