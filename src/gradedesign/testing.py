@@ -43,6 +43,12 @@ _OPERATIONS = {
 }
 
 
+#: Shares of a cell that small levels fill, by which surfaces are told from lines: well below the
+#: density at which sheets meet, and some hundreds of the points that are taken.
+_SHARES = (0.01, 0.03)
+#: Gradient near the zero set over that elsewhere: 0.59 and more for the sheets that we know, 0.39
+#: for struts whose level is a density, which rises smoothly from their axes.
+_STEEP = 0.5
 #: Millions of values that the kit evaluates: for densities and levels, and for walls of sheets and
 #: of networks. Walls of a true distance need none.
 _FOR_DENSITIES, _FOR_SHEETS, _FOR_NETWORKS = 3.0, 6.0, 3.0
@@ -55,7 +61,7 @@ def check_cell_family(family: CellFamily, *, on_step: Callable[[str], None] | No
     values; the declared period along each axis; an unmodified input; the declared symmetry; a
     usable window of densities; a level that rises with density and gives that density; walls that
     thicken; for ``distance=True`` a gradient of length 1; for ``sides=2`` values of 0 and more that
-    reach 0.
+    reach 0, for ``sides=1`` a shape that is no sheet.
 
     Parameters
     ----------
@@ -101,6 +107,8 @@ def check_cell_family(family: CellFamily, *, on_step: Callable[[str], None] | No
     if family.sides == 2:
         with step("two sides"):
             _check_sides(family, values)
+    else:
+        _check_one_side(family)
     if family.distance:
         with step("distance"):
             _check_distance(family, points)
@@ -225,6 +233,39 @@ def _check_sides(family: CellFamily, values: FloatArray) -> None:
             f"cell '{family.name}' declares sides=2, so its shape must be 0 on the middle of the "
             f"wall and positive elsewhere, but it lies between {grid.min():.3g} and "
             f"{grid.max():.3g}; use abs(f), or sides=1"
+        )
+
+
+def _check_one_side(family: CellFamily) -> None:
+    """A shape that is 0 on a surface and rises on both its sides is a sheet, which has two.
+
+    Of a sheet |f| the solid at small levels t fills a share that grows with t, of struts with t^2
+    (Cavalieri: surfaces and lines have a reach of t in one and in two directions), and its gradient
+    does not vanish at the zero set, as that of a squared distance does. Networks go below 0.
+    """
+    points = family.period * spread_points(60_000)
+    values = np.sort(evaluate_shape(family, family.parameters, points))
+    if values[0] < 0:
+        return
+    few, many = (values[int(share * values.size)] for share in _SHARES)
+    spread = float(values[-1] - values[0])
+    if few <= 0 or few > 0.1 * spread:
+        return
+    exponent = np.log(_SHARES[1] / _SHARES[0]) / np.log(many / few)
+    # The middle of the least values is not near 0 where the shape touches 0 smoothly.
+    linear = abs(values[int(0.5 * _SHARES[0] * values.size)] / few - 0.5) < 0.15
+    at = points[:, evaluate_shape(family, family.parameters, points) <= many][:, :400]
+
+    def shape(u: FloatArray) -> FloatArray:
+        return evaluate_shape(family, family.parameters, u)
+
+    steep = np.median(np.linalg.norm(gradient(shape, at, 1e-5), axis=0))
+    elsewhere = np.median(np.linalg.norm(gradient(shape, points[:, :2000], 1e-5), axis=0))
+    if exponent < 1.3 and linear and steep > _STEEP * elsewhere:
+        raise PluginError(
+            f"cell '{family.name}' declares sides=1, but its shape is 0 on a surface and rises on "
+            f"both sides of it, as |f| of a sheet: walls would be taken for half as thick; declare "
+            f"sides=2, or return f itself for a network"
         )
 
 

@@ -17,7 +17,7 @@ from gradedesign import (
     power_law,
 )
 from gradedesign.plugin.registry import build_registry
-from gradedesign.testing import _check_struts, check_cell_family, check_scaling_law
+from gradedesign.testing import _check_one_side, _check_struts, check_cell_family, check_scaling_law
 
 REGISTRY = build_registry()
 
@@ -84,7 +84,11 @@ def by_length(u):
         ({"shape": nodal, "distance": True}, PluginError, "distance=True"),
         ({"shape": lambda u: np.maximum(nodal(u), 0.1)}, PluginError, "constant"),
         (
-            {"shape": lambda u: np.abs(np.sin(2 * np.pi * u[0])), "symmetry": "orthotropic"},
+            {
+                "shape": lambda u: np.abs(np.sin(2 * np.pi * u[0])),
+                "symmetry": "orthotropic",
+                "sides": 2,
+            },
             DensityError,
             "three directions",
         ),
@@ -94,6 +98,34 @@ def test_the_kit_finds_broken_families(settings, error, message):
     family = CellFamily(**{"name": "broken", "shape": nodal, **settings})
     with np.errstate(divide="ignore"), pytest.raises(error, match=message):
         check_cell_family(family)
+
+
+@pytest.mark.parametrize("name", ["gyroid-sheet", "primitive-wall", "honeycomb-plates"])
+def test_a_sheet_that_forgets_its_second_side_is_refused(name):
+    with pytest.raises(PluginError, match="declares sides=1, but its shape is 0 on a surface"):
+        check_cell_family(replace(REGISTRY.cell_families[name], sides=1, signed=None))
+
+
+@pytest.mark.parametrize("name", ["bcc", "gyroid-network", "bcc-straight-to-helix"])
+def test_struts_and_networks_have_one_side(name):
+    _check_one_side(REGISTRY.cell_families[name])
+    squared = REGISTRY.cell_families["sc"]
+    _check_one_side(replace(squared, shape=lambda u: squared.shape(u) ** 2, struts=None))
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"sides": 3}, "declares sides=3, expected 2 for a sheet"),
+        ({"symmetry": "square"}, "declares symmetry 'square', expected one of cubic"),
+        ({"shape": 1.0}, "has the shape 1.0, expected a function"),
+        ({"parameters": {"k": "1"}}, "parameter k is '1', expected a finite number"),
+        ({"parameters": {"k": float("nan")}}, "parameter k is nan"),
+    ],
+)
+def test_a_cell_that_cannot_be_is_refused_where_it_is_made(settings, words):
+    with pytest.raises(PluginError, match=words):
+        CellFamily(**{"name": "mine", "shape": nodal, **settings})
 
 
 def test_lower_symmetry_may_be_declared():

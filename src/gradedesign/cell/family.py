@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from math import isfinite
+from numbers import Real
 from types import MappingProxyType
-from typing import Literal
+from typing import Literal, get_args
 
 from gradedesign.arrays import FloatArray
 from gradedesign.cell.strut_axes import StrutAxes
@@ -57,7 +59,8 @@ class CellFamily:
     Raises
     ------
     PluginError
-        If the period is not a whole number above 0.
+        If the period is not a whole number above 0, the sides are not 1 or 2, the symmetry is
+        unknown, the shape cannot be called, or a parameter is no finite number.
     """
 
     name: str
@@ -78,4 +81,24 @@ class CellFamily:
                 f"cell '{self.name}' declares period {self.period!r}, expected a whole number of "
                 f"cells, 1 or more"
             )
+        if self.sides not in (1, 2):
+            raise PluginError(
+                f"cell '{self.name}' declares sides={self.sides!r}, expected 2 for a sheet that is "
+                f"solid where |f| <= t, else 1"
+            )
+        if self.symmetry not in get_args(Symmetry):
+            raise PluginError(
+                f"cell '{self.name}' declares symmetry {self.symmetry!r}, expected one of "
+                f"{', '.join(get_args(Symmetry))}; 'none' is safe"
+            )
+        if not callable(self.shape):
+            raise PluginError(
+                f"cell '{self.name}' has the shape {self.shape!r}, expected a function of points "
+                f"(3, ...) in cells"
+            )
+        for name, value in self.parameters.items():
+            if isinstance(value, bool) or not isinstance(value, Real) or not isfinite(value):
+                raise PluginError(
+                    f"cell '{self.name}': parameter {name} is {value!r}, expected a finite number"
+                )
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
