@@ -109,8 +109,8 @@ def test_a_sheet_that_forgets_its_second_side_is_refused(name):
 @pytest.mark.parametrize("name", ["bcc", "gyroid-network", "bcc-straight-to-helix"])
 def test_struts_and_networks_have_one_side(name):
     _check_one_side(REGISTRY.cell_families[name])
-    squared = REGISTRY.cell_families["sc"]
-    _check_one_side(replace(squared, shape=lambda u: squared.shape(u) ** 2, struts=None))
+    struts = REGISTRY.cell_families["sc"]
+    _check_one_side(replace(struts, shape=lambda u, **kw: struts.shape(u, **kw) ** 2))
 
 
 @pytest.mark.parametrize(
