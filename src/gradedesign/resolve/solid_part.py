@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.fe.load_case import PartLoadCase, load_vector
+from gradedesign.fe.scikit_fem import assemble_scikit_fem
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import TetSpace
@@ -25,10 +27,14 @@ def dense_stiffness(space: TetSpace, material: Material) -> IsotropicStiffness:
 def solid_solutions(
     space: TetSpace, loads: Sequence[PartLoadCase], material: Material, solver: LinearSolver
 ) -> tuple[Solution, ...]:
-    """Displacements of the fully solid part in every load case."""
+    """Displacements of the fully solid part in every load case.
+
+    The stiffness is scikit-fem's, whatever solves its system.
+    """
     stiffness = dense_stiffness(space, material)
     density = np.full(space.element_count, material.density)
     vectors = [
         load_vector(space, case, stiffness, density, material.thermal_expansion) for case in loads
     ]
-    return solve_elastic(space, stiffness, vectors, solver=solver)
+    by_scikit_fem = replace(solver, assemble=assemble_scikit_fem)
+    return solve_elastic(space, stiffness, vectors, solver=by_scikit_fem)
