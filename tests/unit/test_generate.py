@@ -142,7 +142,7 @@ REFUSED = {
     "empty map": ("[lattice.density_map]", CaseError, "exactly one of formula"),
     "stray key": (f'{RAMP}spacing = "1 mm"', CaseError, "belongs to points"),
     "no such file": ('[lattice.density_map]\nvoxels = "a.npy"', CaseError, "does not exist"),
-    "outside": ('[lattice.density_map]\nvoxels = "../a.npy"', CaseError, "--allow-outside"),
+    "outside": ('[lattice.density_map]\nvoxels = "../a.npy"', CaseError, "allow_outside=True"),
     "no folder": ('[lattice.density_map]\nimages = "a"', CaseError, "expected a folder"),
     "warp far away": (
         'density = 0.3\n[[lattice.warp]]\ncentre = ["99 mm", "5 mm", "5 mm"]\n'

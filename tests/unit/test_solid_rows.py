@@ -94,7 +94,7 @@ def test_the_row_holds_band_largest_and_the_governing_case(tmp_path):
     assert stored["band"]["order"] == "recovered"
     assert row_from_json(stored) == row
     report = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
-    part = report[report.index("<h2>Fully solid part</h2>") :]
+    part = report[report.index("<h2>Fully solid part</h2>") :].replace("\u00a0", " ")
     for words in (f"{row.band.low:.4g} to {row.band.high:.4g}", f"{row.largest:.4g}"):
         assert words in part
     assert "from two resolutions" not in report
