@@ -483,7 +483,7 @@ OF_CHECK = (
     M("", "[run]\niterations = 3\n", "run.iterations", "unknown key",
       'did you mean "max_iterations"?'),
     M("", "[run]\nanalysis = \"finite_cells\"\n", "run.analysis", 'found "finite_cells"',
-      'did you mean "finite-cells"? expected a name such as "auto"'),
+      'did you mean "finite-cells"? expected a name such as "finite-cells"'),
     M("", "[run]\nmesher = \"gmsh\"\n", "run.mesher", "no mesher named 'gmsh'",
       "available: pytetwild"),
     M("", "[run]\nacceptance = \"windows\"\n", "run.acceptance", 'found "windows"',
