@@ -24,7 +24,7 @@ ORDER = (
     "errors", "arrays", "fields", "workspace", "case", "mesh", "part", "material", "cell", "fe",
     "voxel", "homogenise", "limits", "sizing", "lattice", "finite_cell", "layout", "size_effects",
     "verify", "output", "plugin", "resolve", "loop", "results", "generate", "check", "pipeline",
-    "sweep", "testing", "cli", "__main__",
+    "testing", "cli", "commands", "__main__",
 )  # fmt: skip
 
 #: Where each heavy library may be imported at all.
@@ -50,7 +50,7 @@ HEAVY = {
 LAZY = ("pytetwild", "vtk", "vtkmodules", "pyvista", "matplotlib", "trimesh", "igl", "jinja2")
 
 #: What plugins may import of the core.
-PUBLIC = ("gradedesign", "gradedesign.fields", "gradedesign.testing")
+PUBLIC = ("gradedesign", "gradedesign.commands", "gradedesign.fields", "gradedesign.testing")
 
 MODULES = sorted(path for path in SOURCE.rglob("*.py"))
 PLUGIN_MODULES = sorted((ROOT / "plugins").glob("*/src/**/*.py"))
@@ -136,7 +136,8 @@ def test_only_the_pipeline_and_the_command_line_use_the_registry():
         place(p) for p in MODULES if any(n.startswith("gradedesign.plugin") for n in imports(p))
     }
     assert users <= {
-        "plugin", "resolve", "loop", "results", "generate", "check", "pipeline", "sweep", "cli",
+        "plugin", "resolve", "loop", "results", "generate", "check", "pipeline", "cli",
+        "commands",
         "__init__",
     }  # fmt: skip
 

@@ -12,7 +12,10 @@ ROOT = Path(__file__).parents[1]
 SOURCES = (ROOT / "src", *sorted((ROOT / "plugins").glob("*/src")))
 
 #: Modules whose names are for others: what they list needs no user here.
-PUBLIC = ("gradedesign", "gradedesign.fields", "gradedesign.finite_cell", "gradedesign.testing")
+PUBLIC = (
+    "gradedesign", "gradedesign.commands", "gradedesign.fields", "gradedesign.finite_cell",
+    "gradedesign.testing",
+)  # fmt: skip
 
 #: Decorators that hand a function to a framework, which calls it.
 CALLED_BY_FRAMEWORK = {
@@ -35,7 +38,9 @@ ALLOWED = {
     "gradedesign.verify.measures.StressMeasure": "result.json and report.html, measures",
     "gradedesign.verify.voids.Voids": "result.json, printability",
     # Interfaces for code of others.
+    "gradedesign.cli.app.Commands.get_command": "typer calls it",
     "gradedesign.cli.app.Commands.invoke": "typer calls it",
+    "gradedesign.cli.app.Commands.list_commands": "typer calls it",
     "gradedesign.workspace.compiling._Compilations.notify": "numba calls it",
 }
 

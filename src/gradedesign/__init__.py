@@ -63,7 +63,8 @@ if TYPE_CHECKING:
     from gradedesign.part.repairer import Repairer, serve_repairer
     from gradedesign.part.voxel_volume import VoxelVolume
     from gradedesign.pipeline import run
-    from gradedesign.plugin.hookspecs import hookimpl
+    from gradedesign.plugin.command import Command
+    from gradedesign.plugin.markers import hookimpl
     from gradedesign.plugin.read_case import load_case
     from gradedesign.verify.analysis import (
         AnalysisEstimate,
@@ -90,6 +91,7 @@ __all__ = [
     "CaseError",
     "CellFamily",
     "CellMaker",
+    "Command",
     "DenseLattice",
     "DensityError",
     "Discretisation",
@@ -216,7 +218,8 @@ _HOMES = {
     "part.voxel_volume": "VoxelVolume",
     "part.repairer": "Repairer serve_repairer",
     "pipeline": "run",
-    "plugin.hookspecs": "hookimpl",
+    "plugin.command": "Command",
+    "plugin.markers": "hookimpl",
     "verify.analysis": "AnalysisEstimate Discretisation ExplicitAnalysis PlannedSolid Resolution "
     "SolvedSolid StressSample SurfaceFields VolumeFields",
     "verify.printed_solid": "PrintedSolid",

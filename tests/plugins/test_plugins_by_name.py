@@ -7,6 +7,7 @@ import pytest
 
 from gradedesign import CaseError
 from gradedesign.plugin import plugins_by_name
+from gradedesign.plugin.command import COMMAND_GROUP, load_command
 from gradedesign.plugin.registry import build_registry, lookup
 
 ROOT = Path(__file__).parents[2]
@@ -14,8 +15,20 @@ TABLE = plugins_by_name._plugins()
 OURS = {path.name for path in (ROOT / "plugins").iterdir() if path.is_dir()}
 
 
+def installed_commands():
+    """Commands of the installed plugins of this project, by plugin; each can be loaded."""
+    found = {}
+    for point in metadata.entry_points(group=COMMAND_GROUP):
+        assert load_command(point.name).name == point.name
+        if point.dist.name in OURS:
+            found.setdefault(point.dist.name, []).append(point.name)
+    return {plugin: sorted(names) for plugin, names in found.items()}
+
+
 def registered(kind):
     """What the installed plugins of this project register, by plugin."""
+    if kind == "commands":
+        return installed_commands()
     registry = build_registry()
     sources = registry.sources["readers" if kind == "suffixes" else kind]
     found = {}
@@ -107,3 +120,14 @@ def test_a_plugin_that_is_installed_but_not_loaded_is_not_asked_for(monkeypatch)
         lookup(build_registry(), "cell_families", "octet")
     with pytest.raises(CaseError, match="no cell family named 'octett'; available: none"):
         lookup(build_registry(), "cell_families", "octett")
+
+
+@pytest.mark.usefixtures("nothing_installed")
+def test_a_command_that_needs_a_plugin_is_told_which(cli, monkeypatch):
+    monkeypatch.setenv("GRADEDESIGN_DISABLE_PLUGINS", "1")
+    for words in (("sweep", "study.toml"), ("schema", "--study")):
+        ended = cli(*words)
+        assert ended.code == 2
+        assert "no command named 'sweep'; install the plugin gradedesign-sweep" in ended.err
+    assert "sweep" not in cli("--help").out
+    assert "No such command" in cli("swep").err

@@ -15,10 +15,7 @@ __all__ = ["main"]
 
 INTERRUPTED = 130
 #: How an interrupted command goes on.
-RESUMABLE = {
-    "run": "; go on with the same command and --resume",
-    "sweep": "; go on with the same command",
-}
+RESUMABLE = {"run": "go on with the same command and --resume"}
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
@@ -40,7 +37,8 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
             from gradedesign.cli.app import run_command
 
             run_command(words, interruption)
-        except Interrupted:
+        except Interrupted as error:
             command = next((word for word in words if not word.startswith("-")), "")
-            sys.stderr.write(f"interrupted{RESUMABLE.get(command, '')}\n")
+            resumable = str(error) or RESUMABLE.get(command, "")
+            sys.stderr.write("; ".join(filter(None, ("interrupted", resumable))) + "\n")
             sys.exit(INTERRUPTED)

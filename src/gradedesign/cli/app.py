@@ -11,6 +11,8 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
+from contextlib import suppress
+from functools import wraps
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -23,6 +25,8 @@ from gradedesign.cli.loading import loading_lines
 from gradedesign.cli.options import with_options
 from gradedesign.cli.read_first import require_case_text, require_generate_text
 from gradedesign.errors import GradeDesignError, Interrupted, PluginError, ResourceError
+from gradedesign.plugin.command import Command, command_names, load_command
+from gradedesign.plugin.plugins_by_name import supplied_by
 
 #: Errors keep their traceback.
 _DEBUG_FLAG = "--debug"
@@ -30,6 +34,36 @@ _DEBUG_FLAG = "--debug"
 
 class Commands(TyperGroup):
     """The commands; nothing that they run may end the process but their own exit codes."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Names of the commands: ours, then those of plugins that can be loaded."""
+        names = super().list_commands(ctx)
+        for name in command_names():
+            # One that cannot be loaded says why when it is called.
+            with suppress(PluginError):
+                names.append(load_command(name).name)
+        return names
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Find a command, ours or a plugin's.
+
+        Raises
+        ------
+        CaseError
+            If a plugin of this project that is not installed has it.
+        PluginError
+            If a plugin gives one of our names to its own, or cannot be loaded.
+        """
+        own = super().get_command(ctx, cmd_name)
+        if own is None and not (cmd_name in command_names() or supplied_by("commands", cmd_name)):
+            return None
+        if own is None:
+            return _of_plugin(load_command(cmd_name))
+        if cmd_name in command_names():
+            raise PluginError(
+                f"a plugin has a command '{cmd_name}', which gradedesign has itself; uninstall it"
+            )
+        return own
 
     def invoke(self, ctx: Any) -> Any:
         """Run a command.
@@ -49,6 +83,21 @@ class Commands(TyperGroup):
                 f"a plugin tried to end the program: {type(error).__name__}: {error}; "
                 f"{_DEBUG_FLAG} shows where, GRADEDESIGN_DISABLE_PLUGINS=1 runs without plugins"
             ) from error
+
+
+def _of_plugin(command: Command) -> Any:
+    """A plugin's command as click has them; an interruption tells how it goes on."""
+
+    @wraps(command.call)
+    def call(*arguments: Any, **options: Any) -> None:
+        try:
+            command.call(*arguments, **options)
+        except Interrupted as error:
+            raise Interrupted(command.resumable) from error
+
+    alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+    alone.command(command.name)(call)
+    return typer.main.get_command(alone)
 
 
 app = typer.Typer(
@@ -298,40 +347,6 @@ def homogenise(
         strict_plugins=strict_plugins,
         as_json=as_json,
     )
-
-
-@app.command()
-def sweep(
-    study: Annotated[Path, typer.Argument(help="The study: a case and values of its keys.")],
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", help="Folder; a sweep there goes on [runs/<study name>]."),
-    ] = None,
-    workers: Annotated[
-        int | None,
-        typer.Option(
-            "--workers", min=1, help="Processes; several need dask [by processors and memory]."
-        ),
-    ] = None,
-    scheduler: Annotated[
-        str | None, typer.Option("--scheduler", help="Address of a running dask cluster.")
-    ] = None,
-    allow_outside: Outside = False,
-    strict_plugins: Strict = False,
-    as_json: Json = False,
-) -> None:
-    """Run many designs of one case, into one table and one plot of mass against limits."""
-    from gradedesign.cli.sweep import SweepRequest
-    from gradedesign.cli.sweep import sweep as command
-
-    request = SweepRequest(
-        workers=workers,
-        scheduler=scheduler,
-        allow_outside=allow_outside,
-        strict_plugins=strict_plugins,
-        as_json=as_json,
-    )
-    raise typer.Exit(command(study, output, request))
 
 
 @app.command()

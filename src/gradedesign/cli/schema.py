@@ -8,9 +8,9 @@ from pathlib import Path
 from gradedesign.case.generate_schema import GenerateFile
 from gradedesign.case.schema import CaseFile, schema_json
 from gradedesign.cli.show import print_json, print_text
-from gradedesign.errors import CaseError
+from gradedesign.errors import CaseError, PluginError
+from gradedesign.plugin.command import load_command
 from gradedesign.plugin.read_case import entries_of
-from gradedesign.sweep.study_schema import StudyFile
 from gradedesign.workspace.atomic import write_text
 
 
@@ -25,7 +25,10 @@ def schema(output: Path | None, *, stated_density: bool, study: bool) -> None:
     if study and stated_density:
         raise CaseError("--study and --generate exclude each other; choose one")
     if study:
-        data = schema_json(StudyFile)
+        layout = load_command("sweep").layout
+        if layout is None:
+            raise PluginError("the command 'sweep' does not tell the layout of its study")
+        data = schema_json(layout())
     else:
         data = schema_json(GenerateFile if stated_density else CaseFile, entries_of(None))
     if output is None:

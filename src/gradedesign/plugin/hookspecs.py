@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-import pluggy
-
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
 from gradedesign.fe.eigen_solver import EigenSolver
@@ -23,13 +21,11 @@ from gradedesign.output.exporter import Exporter
 from gradedesign.output.output import Output
 from gradedesign.part.reader import PartReader
 from gradedesign.part.repairer import Repairer
+from gradedesign.plugin.command import gradedesign_commands
+from gradedesign.plugin.markers import GROUP, hookimpl, hookspec
 from gradedesign.verify.analysis import ExplicitAnalysis
 
-#: Name of the pluggy project and of the entry-point group.
-GROUP = "gradedesign"
-
-hookspec = pluggy.HookspecMarker(GROUP)
-hookimpl = pluggy.HookimplMarker(GROUP)
+__all__ = ["GROUP", "gradedesign_commands", "hookimpl", "hookspec"]
 
 
 @hookspec

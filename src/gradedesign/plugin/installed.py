@@ -12,12 +12,10 @@ import pluggy
 
 from gradedesign.errors import Interrupted, PluginError
 from gradedesign.plugin import builtin, hookspecs
+from gradedesign.plugin.markers import DISABLE_VARIABLE
 from gradedesign.plugin.records import PluginFailure, PluginSource
 
 log = logging.getLogger(__name__)
-
-#: Set to 1 to load no installed plugin, only the built-ins.
-DISABLE_VARIABLE = "GRADEDESIGN_DISABLE_PLUGINS"
 
 
 def distribution_source(

@@ -7,7 +7,7 @@ import tomllib
 from functools import cache
 from importlib import metadata, resources
 
-from gradedesign.plugin.installed import DISABLE_VARIABLE
+from gradedesign.plugin.markers import DISABLE_VARIABLE
 
 
 def supplied_by(kind: str, name: str) -> str:
@@ -16,7 +16,7 @@ def supplied_by(kind: str, name: str) -> str:
     Parameters
     ----------
     kind : str
-        ``cell_families``, ``cell_makers``, ``exporters``, ``outputs``, ``repairers``,
+        ``commands``, ``cell_families``, ``cell_makers``, ``exporters``, ``outputs``, ``repairers``,
         ``solvers``, or ``suffixes`` of part files.
     name : str
         Nothing that is loaded supplies it.

@@ -11,16 +11,21 @@ from typing import Any, TypeAlias
 
 from pydantic import ValidationError
 
-from gradedesign.case.key_path import parse_key
-from gradedesign.case.problems import Problem, case_error, dotted, problems_of
-from gradedesign.case.read_case import case_file, read_toml
-from gradedesign.case.schema import Case
-from gradedesign.case.suggest import shown
-from gradedesign.case.toml_lines import Key
-from gradedesign.errors import CaseError
-from gradedesign.plugin.read_case import load_case
-from gradedesign.plugin.registry import Registry
-from gradedesign.sweep.study_schema import StudyFile
+from gradedesign import CaseError, load_case
+from gradedesign.commands import (
+    Case,
+    Key,
+    Problem,
+    Registry,
+    case_error,
+    case_file,
+    dotted,
+    parse_key,
+    problems_of,
+    read_toml,
+    shown,
+)
+from gradedesign_sweep.study_schema import StudyFile
 
 #: Designs of one study at most.
 MOST_DESIGNS = 1000

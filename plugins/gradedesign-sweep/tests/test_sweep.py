@@ -17,19 +17,19 @@ from small_parts import SHORT_BAR
 from gradedesign import load_case
 from gradedesign.case.toml_text import toml_text
 from gradedesign.cli import on_dask
-from gradedesign.cli import sweep as module
 from gradedesign.errors import LatticeError, ResourceError
 from gradedesign.limits.banded import Banded
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
 from gradedesign.loop.stages import open_stages
 from gradedesign.output.result import RunResult
-from gradedesign.output.tradeoff_plot import TradeoffPoint, mass_unit, plot_tradeoff
 from gradedesign.results.failed import recording_failure
 from gradedesign.results.files import write_result
 from gradedesign.results.finished import finished_result
-from gradedesign.sweep.non_dominated import non_dominated
-from gradedesign.sweep.table import DesignRow, LimitValue, limit_value
+from gradedesign_sweep import run_sweep as module
+from gradedesign_sweep.non_dominated import non_dominated
+from gradedesign_sweep.table import DesignRow, LimitValue, limit_value
+from gradedesign_sweep.tradeoff_plot import TradeoffPoint, mass_unit, plot_tradeoff
 
 BASE = (
     SHORT_BAR
@@ -250,7 +250,7 @@ def test_what_is_wrong_with_a_study_is_told_before_anything_runs(
 
 
 def test_the_study_of_the_docs_is_one():
-    path = Path(__file__).parents[2] / "docs" / "tutorial" / "study.toml"
+    path = Path(__file__).parents[3] / "docs" / "tutorial" / "study.toml"
     designs = module.load_study(path, module.build_registry()).designs
     assert [d.label for d in designs] == [
         "gyroid-sheet, 8 mm", "gyroid-sheet, 12 mm", "bcc, 8 mm", "bcc, 12 mm",
@@ -258,7 +258,7 @@ def test_the_study_of_the_docs_is_one():
     assert [d.case.lattice.size for d in designs] == [(8.0,), (12.0,)] * 2
 
 
-CASES = Path(__file__).parents[2] / "cases"
+CASES = Path(__file__).parents[3] / "cases"
 
 
 @pytest.mark.parametrize(

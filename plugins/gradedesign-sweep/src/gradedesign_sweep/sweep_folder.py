@@ -13,18 +13,24 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from gradedesign.case.key_path import with_values
-from gradedesign.case.read_case import read_toml
-from gradedesign.case.schema import Case
-from gradedesign.case.toml_text import toml_text
-from gradedesign.errors import CaseError
-from gradedesign.loop.stages import open_stages
-from gradedesign.output.result import RunResult, from_json
-from gradedesign.results.files import RESULT_NAME
-from gradedesign.results.finished import finished_result
-from gradedesign.sweep.study import Design, Study
-from gradedesign.workspace.atomic import UNFINISHED, is_folder, write_error, write_text
-from gradedesign.workspace.run_lock import RunLock
+from gradedesign import CaseError
+from gradedesign.commands import (
+    RESULT_NAME,
+    UNFINISHED,
+    Case,
+    RunLock,
+    RunResult,
+    finished_result,
+    from_json,
+    is_folder,
+    open_stages,
+    read_toml,
+    toml_text,
+    with_values,
+    write_error,
+    write_text,
+)
+from gradedesign_sweep.study import Design, Study
 
 log = logging.getLogger(__name__)
 

@@ -10,9 +10,11 @@ from dataclasses import dataclass, replace
 from io import StringIO
 from typing import Any
 
-from gradedesign.limits.row import LimitRow
-from gradedesign.output.result import RunResult
-from gradedesign.sweep.study import Design, Study, value_text
+from gradedesign.commands import (
+    LimitRow,
+    RunResult,
+)
+from gradedesign_sweep.study import Design, Study, value_text
 
 #: Status of a design that was not run yet.
 WAITING = "waiting"

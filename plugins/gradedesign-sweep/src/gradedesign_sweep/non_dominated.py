@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from gradedesign.sweep.table import DesignRow
+from gradedesign_sweep.table import DesignRow
 
 #: A run calls a design lightest from 97 % of a limit on: where it ends up above is no merit.
 SAME = 0.03

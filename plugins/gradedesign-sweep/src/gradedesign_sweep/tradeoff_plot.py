@@ -8,7 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gradedesign.output.figure import COLOURS, GREY, empty_figure, save_figure
+from gradedesign.commands import (
+    COLOURS,
+    GREY,
+    empty_figure,
+    save_figure,
+)
 
 #: Panels beside each other, their edges in inches, and the width of the list of designs.
 _ACROSS, _WIDE, _HIGH, _LIST = 2, 5.6, 4.6, 3.6

@@ -6,8 +6,10 @@ from typing import Any
 
 from pydantic import Field
 
-from gradedesign.case.table import Table
-from gradedesign.case.value_types import Name
+from gradedesign.commands import (
+    Name,
+    Table,
+)
 
 
 class StudySection(Table):

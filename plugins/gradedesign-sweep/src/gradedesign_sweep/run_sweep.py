@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import math
 import re
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,19 +11,27 @@ from typing import TypeAlias
 
 import psutil
 
-from gradedesign.cli.layout import say, wrapped
-from gradedesign.cli.on_dask import Cluster, has_dask, on_dask
-from gradedesign.cli.plugins import registry_for
-from gradedesign.cli.progress_lines import ProgressLines
-from gradedesign.cli.show import print_files, print_json, print_table, print_text
-from gradedesign.errors import GradeDesignError
-from gradedesign.output.tradeoff_plot import TradeoffPoint, plot_tradeoff
-from gradedesign.pipeline import run as run_case
-from gradedesign.plugin.read_case import load_case
-from gradedesign.plugin.registry import build_registry
-from gradedesign.sweep.non_dominated import non_dominated
-from gradedesign.sweep.study import Design, Study, key_names, load_study, value_text
-from gradedesign.sweep.sweep_folder import (
+from gradedesign import GradeDesignError, load_case
+from gradedesign import run as run_case
+from gradedesign.commands import (
+    Cluster,
+    ProgressLines,
+    build_registry,
+    counted,
+    has_dask,
+    on_dask,
+    print_files,
+    print_json,
+    print_table,
+    print_text,
+    registry_for,
+    say,
+    usable_cores,
+    wrapped,
+)
+from gradedesign_sweep.study import Design, Study, key_names, load_study
+from gradedesign_sweep.sweep_files import write_plot, write_tables
+from gradedesign_sweep.sweep_folder import (
     PLOT,
     TABLE,
     design_case,
@@ -37,17 +43,12 @@ from gradedesign.sweep.sweep_folder import (
     run_folder,
     write_design,
 )
-from gradedesign.sweep.table import (
+from gradedesign_sweep.table import (
     FAILED,
     DesignRow,
     design_row,
-    limit_units,
-    table_csv,
     table_json,
 )
-from gradedesign.workspace.atomic import write_text
-from gradedesign.workspace.processor import usable_cores
-from gradedesign.workspace.progress import counted
 
 #: How a design's run ended: the message of its error or none, its exit code, and seconds.
 Outcome: TypeAlias = tuple[str, int, float]
@@ -163,7 +164,7 @@ def run_design(place: str) -> Outcome:
         run_case(case, registry, folder=run_folder(folder), resume=True)
     except GradeDesignError as error:
         message, code = str(error), error.exit_code
-    except Exception as error:
+    except Exception as error:  # noqa: BLE001 - any trouble
         # One design's trouble is a row of the table, whatever it is.
         message, code = f"internal error: {error!r}", _INTERNAL
     return message, code, time.monotonic() - began
@@ -223,49 +224,6 @@ def _line(row: DesignRow, count: int) -> str:
     utilisation = "" if row.utilisation is None else f", {row.utilisation:.1%} of a limit"
     took = "" if row.seconds is None else f" ({row.seconds:.0f} s)"
     return f"{began}{', lightest' if row.lightest else ''}{mass}{utilisation}{took}"
-
-
-def write_tables(folder: Path, study: Study, rows: Sequence[DesignRow]) -> frozenset[int]:
-    """Write the table as CSV and JSON; the numbers of the non-dominated designs."""
-    best = non_dominated(rows)
-    write_text(folder / f"{TABLE}.csv", table_csv(study, rows, best))
-    text = json.dumps(table_json(study, rows, best), indent=2, allow_nan=False)
-    write_text(folder / f"{TABLE}.json", f"{text}\n")
-    return best
-
-
-def write_plot(folder: Path, study: Study, rows: Sequence[DesignRow], best: frozenset[int]) -> None:
-    """Draw mass against the utilisation of each limit, where a design has both."""
-    points = [
-        TradeoffPoint(
-            number=row.number,
-            label=row.label,
-            group=value_text(row.values[study.keys[0]]) if study.keys[0] in row.values else "-",
-            mass_g=row.mass_g,
-            utilisation={
-                name: limit.utilisation
-                for name, limit in row.limits.items()
-                if math.isfinite(limit.utilisation)
-            },
-            marked=row.number in best,
-        )
-        for row in rows
-        if row.mass_g is not None
-        and any(math.isfinite(limit.utilisation) for limit in row.limits.values())
-    ]
-    if not points:
-        (folder / PLOT).unlink(missing_ok=True)
-        return
-    failed = sum(row.status == FAILED for row in rows)
-    names = ", ".join(study.keys)
-    plot_tradeoff(
-        folder / PLOT,
-        points,
-        list(limit_units(rows)),
-        title=study.name,
-        note=f"{len(points)} of {len(rows)} designs over {names}"
-        + (f"; {failed} failed" if failed else ""),
-    )
 
 
 def print_summary(
