@@ -143,7 +143,8 @@ def commands() -> Iterator[str]:
     """Every command with its arguments and options, from the command line itself."""
     yield "# Commands\n\nAs `gradedesign COMMAND --help` says them.\n"
     group = typer.main.get_command(app)
-    for name, command in sorted(group.commands.items()):
+    for name in sorted(group.list_commands(None)):
+        command = group.get_command(None, name)
         yield f"## gradedesign {name}\n\n{_sentence(command.help or '')}\n"
         yield "| Argument or option | Meaning |\n|---|---|"
         for option in command.params:

@@ -38,7 +38,6 @@ ALLOWED = {
     "gradedesign.verify.measures.StressMeasure": "result.json and report.html, measures",
     "gradedesign.verify.voids.Voids": "result.json, printability",
     # Interfaces for code of others.
-    "gradedesign.cli.app.Commands.get_command": "typer calls it",
     "gradedesign.cli.app.Commands.invoke": "typer calls it",
     "gradedesign.cli.app.Commands.list_commands": "typer calls it",
     "gradedesign.workspace.compiling._Compilations.notify": "numba calls it",
