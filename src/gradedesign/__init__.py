@@ -16,6 +16,7 @@ if TYPE_CHECKING:
         in_number,
         stated_words,
     )
+    from gradedesign.case.part_path import IMAGES, slices_with
     from gradedesign.cell.family import CellFamily
     from gradedesign.cell.maker import CellMaker
     from gradedesign.cell.strut_axes import StrutAxes
@@ -58,10 +59,12 @@ if TYPE_CHECKING:
     from gradedesign.part.exact_surface import ExactSurface
     from gradedesign.part.file_body import FileBody
     from gradedesign.part.file_faces import FileFaces
-    from gradedesign.part.raw_triangles import RawTriangles, raw_triangles
+    from gradedesign.part.image_stack import read_images
+    from gradedesign.part.npy_file import read_npy, read_npy_stream
+    from gradedesign.part.raw_triangles import UNIT_MM, RawTriangles, raw_triangles
     from gradedesign.part.reader import PartReader
     from gradedesign.part.repairer import Repairer, serve_repairer
-    from gradedesign.part.voxel_volume import VoxelVolume
+    from gradedesign.part.voxel_volume import BYTES_PER_VOXEL, VoxelVolume
     from gradedesign.pipeline import run
     from gradedesign.plugin.command import Command
     from gradedesign.plugin.markers import hookimpl
@@ -82,6 +85,9 @@ if TYPE_CHECKING:
     from gradedesign.workspace.threads import in_threads
 
 __all__ = [
+    "BYTES_PER_VOXEL",
+    "IMAGES",
+    "UNIT_MM",
     "Allowed",
     "AnalysedModel",
     "Analysis",
@@ -165,12 +171,16 @@ __all__ = [
     "load_case",
     "power_law",
     "raw_triangles",
+    "read_images",
+    "read_npy",
+    "read_npy_stream",
     "read_property_table",
     "report_step",
     "run",
     "serve_mesher",
     "serve_repairer",
     "shipped_laws",
+    "slices_with",
     "stated_words",
     "tabulated_law",
 ]
@@ -188,6 +198,7 @@ _HOMES = {
     "limits.limit": "Limit LimitKind PlacedCase StatedLimit",
     "limits.row": "LimitRow",
     "limits.state": "HomogenisedState Predicted Response",
+    "case.part_path": "IMAGES slices_with",
     "cell.family": "CellFamily",
     "cell.maker": "CellMaker",
     "cell.strut_axes": "StrutAxes",
@@ -213,9 +224,11 @@ _HOMES = {
     "part.exact_surface": "ExactSurface",
     "part.file_body": "FileBody",
     "part.file_faces": "FileFaces",
-    "part.raw_triangles": "RawTriangles raw_triangles",
+    "part.image_stack": "read_images",
+    "part.npy_file": "read_npy read_npy_stream",
+    "part.raw_triangles": "RawTriangles UNIT_MM raw_triangles",
     "part.reader": "PartReader",
-    "part.voxel_volume": "VoxelVolume",
+    "part.voxel_volume": "BYTES_PER_VOXEL VoxelVolume",
     "part.repairer": "Repairer serve_repairer",
     "pipeline": "run",
     "plugin.command": "Command",

@@ -94,6 +94,8 @@ BOX = 'box = ["10 mm", "5 mm", "5 mm"]'
          "gradedesign-cells-strut"),
         ('file = "block.stp"', 'found "block.stp", which no installed reader takes; install the '
          "plugin gradedesign-step; or export it as STL or 3MF"),
+        ('file = "scan.nrrd"', 'found "scan.nrrd", which no installed reader takes; install the '
+         "plugin gradedesign-volumes"),
         ('file = "block.stl"\nunits = "mm"\nrepair = "pymeshlab"',
          'part.repair: found "pymeshlab"; install the plugin gradedesign-pymeshlab'),
         (BOX + '\n[output]\nformats = ["stl", "cli-binary"]',
@@ -102,11 +104,11 @@ BOX = 'box = ["10 mm", "5 mm", "5 mm"]'
         (BOX + '\n[output]\nformats = ["inp"]',
          "output.formats: no format named 'inp'; install the plugin gradedesign-calculix"),
     ],
-    ids=["cell", "reader", "repairer", "exporter", "output"],
+    ids=["cell", "reader", "scan", "repairer", "exporter", "output"],
 )  # fmt: skip
 def test_a_case_that_needs_a_plugin_is_told_which(tmp_path, cli, monkeypatch, part, words):
     monkeypatch.setenv("GRADEDESIGN_DISABLE_PLUGINS", "1")
-    for name in ("block.stp", "block.stl"):
+    for name in ("block.stp", "block.stl", "scan.nrrd"):
         (tmp_path / name).write_text("", encoding="utf-8")
     (tmp_path / "case.toml").write_text(CASE.format(part=part), encoding="utf-8")
     ended = cli("generate", tmp_path, "-o", tmp_path / "out")

@@ -7,6 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+#: Memory of a voxel while a surface is made of it, beside what is read: with smoothing, its copy in
+#: double precision and its contour.
+BYTES_PER_VOXEL = 64
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class VoxelVolume:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from gradedesign.case.part_path import IMAGES
 from gradedesign.cell.formula_cell import FORMULA_MAKER
 from gradedesign.cell.maker import CellMaker
 from gradedesign.fe.direct import DIRECT
@@ -32,12 +31,6 @@ from gradedesign.part.reader import PartReader
 from gradedesign.part.stl import read_stl
 from gradedesign.part.threemf import read_3mf
 from gradedesign.part.trimesh_formats import read_glb, read_obj, read_off, read_ply
-from gradedesign.part.voxel_files import (
-    read_image_volume,
-    read_npy_volume,
-    read_npz_volume,
-    read_nrrd_volume,
-)
 from gradedesign.plugin.hookspecs import hookimpl
 from gradedesign.verify.analysis import ExplicitAnalysis
 from gradedesign.verify.finite_cells import FINITE_CELLS
@@ -57,17 +50,13 @@ def gradedesign_materials() -> Iterable[Material]:
 
 @hookimpl
 def gradedesign_readers() -> Iterable[PartReader]:
-    """Register the readers of STL, OBJ, PLY, OFF, 3MF and GLB, and of voxels."""
+    """Register the readers of STL, OBJ, PLY, OFF, 3MF and GLB."""
     yield PartReader(name="stl", suffixes=(".stl",), read=read_stl)
     yield PartReader(name="obj", suffixes=(".obj",), read=read_obj)
     yield PartReader(name="ply", suffixes=(".ply",), read=read_ply)
     yield PartReader(name="off", suffixes=(".off",), read=read_off)
     yield PartReader(name="3mf", suffixes=(".3mf",), read=read_3mf)
     yield PartReader(name="glb", suffixes=(".glb",), read=read_glb)
-    yield PartReader(name="npy", suffixes=(".npy",), read=read_npy_volume, sampled=True)
-    yield PartReader(name="npz", suffixes=(".npz",), read=read_npz_volume, sampled=True)
-    yield PartReader(name="nrrd", suffixes=(".nrrd",), read=read_nrrd_volume, sampled=True)
-    yield PartReader(name="images", suffixes=IMAGES, read=read_image_volume, sampled=True)
 
 
 @hookimpl

@@ -17,8 +17,7 @@ from gradedesign.errors import CaseError, PartError, ResourceError
 from gradedesign.lattice.surface import extract_surface
 from gradedesign.mesh.surface_mesh import SurfaceMesh, area_vectors, enclosed_volume
 from gradedesign.part.raw_triangles import UNIT_MM, RawTriangles, raw_triangles
-from gradedesign.part.voxel_files import BYTES_PER_VOXEL
-from gradedesign.part.voxel_volume import VoxelVolume
+from gradedesign.part.voxel_volume import BYTES_PER_VOXEL, VoxelVolume
 from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)

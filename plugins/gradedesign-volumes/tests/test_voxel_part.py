@@ -17,16 +17,16 @@ from gradedesign.case.read_generate import load_generate_case
 from gradedesign.case.voxels_schema import VoxelsSpec
 from gradedesign.errors import CaseError, GradeDesignError, PartError, ResourceError
 from gradedesign.part.part import read_part
-from gradedesign.part.voxel_files import (
+from gradedesign.part.voxel_volume import VoxelVolume
+from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.part_readers import part_readers
+from gradedesign.resolve.voxel_part import voxel_triangles
+from gradedesign_volumes.voxel_files import (
     read_image_volume,
     read_npy_volume,
     read_npz_volume,
     read_nrrd_volume,
 )
-from gradedesign.part.voxel_volume import VoxelVolume
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.part_readers import part_readers
-from gradedesign.resolve.voxel_part import voxel_triangles
 
 GB = 10**9
 RADIUS = 4.0

@@ -15,9 +15,7 @@ from typing import IO
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.errors import PartError, ResourceError
-from gradedesign.part.raw_triangles import UNIT_MM
-from gradedesign.part.voxel_volume import VoxelVolume
+from gradedesign import UNIT_MM, PartError, ResourceError, VoxelVolume
 
 #: Longest header and line of one, bytes.
 _LONGEST_HEADER, _LONGEST_LINE = 100_000, 10_000
@@ -203,7 +201,7 @@ def _unit(fields: Mapping[str, str], name: str) -> str | None:
     words = set(re.findall(r'"([^"]*)"', fields.get("space units", "")))
     if not words or words == {""}:
         return None
-    unit = words.pop()
+    unit: str = words.pop()
     if words or unit not in UNIT_MM:
         raise PartError(
             f"{name}: space units {fields['space units'][:60]!r}; expected one of "

@@ -10,15 +10,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.case.part_path import slices_with
-from gradedesign.errors import CaseError, PartError
-from gradedesign.part.image_stack import read_images
-from gradedesign.part.npy_file import read_npy, read_npy_stream
-from gradedesign.part.nrrd_file import read_nrrd_file
-from gradedesign.part.voxel_volume import VoxelVolume
+from gradedesign import (
+    BYTES_PER_VOXEL,
+    CaseError,
+    PartError,
+    VoxelVolume,
+    read_images,
+    read_npy,
+    read_npy_stream,
+    slices_with,
+)
+from gradedesign_volumes.nrrd_file import read_nrrd_file
 
-#: Memory of a voxel while a surface is made of it, beside what is read.
-BYTES_PER_VOXEL = 64
 #: Entry of an archive that holds the edges of a voxel.
 _SPACING = "spacing"
 _MOST_ENTRIES = 2
