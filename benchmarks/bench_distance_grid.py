@@ -6,6 +6,7 @@ time taken for as many as the grid has; its signs are those of its fast winding 
 in grid spacings against the exact distance. The soup misses 1 % of its triangles, 5 % are turned
 around and 1 % doubled; its signs are compared with those of the closed surface at all nodes. Start
 it with NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1.
+What was measured: ``bench_distance_grid.md``.
 """
 
 import resource

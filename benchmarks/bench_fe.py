@@ -6,6 +6,7 @@
     python benchmarks/bench_fe.py peer             # beside scikit-fem and pypardiso, 107 k unknowns
 
 Seconds are wall time; processor seconds in brackets tell how busy the machine was otherwise.
+What was measured: ``bench_fe.md``.
 """
 
 from __future__ import annotations

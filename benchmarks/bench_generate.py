@@ -9,6 +9,7 @@ equal corners joined, its open edges counted and its volume taken. ``contour`` i
 alone. Every run has a process of its own, one thread, and its processor time is user and system
 time with imports. With ``--peer``, the interpreter of an environment that has microgen (GPL, so
 never imported here, see bench_surface_microgen.py) makes and saves the same part.
+What was measured: ``bench_generate.md``.
 """
 
 from __future__ import annotations

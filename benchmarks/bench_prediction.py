@@ -3,6 +3,7 @@
 Run ``python benchmarks/bench_prediction.py [CASE ...]`` on an otherwise idle machine;
 ``cases/mini`` by default. Every case is run to its end in a folder of its own. Within a
 factor of two is wanted.
+What was measured: ``bench_prediction.md``.
 """
 
 from __future__ import annotations

@@ -6,6 +6,7 @@ both others take quadratic tetrahedra with which fTetWild fills one fine contour
 solve them themselves. Each program's works are extrapolated as acceptance does. Tetrahedra of
 fTetWild are finer than asked where its envelope is narrow, so their size is the edge of the cube
 that five of them fill on average. Without ``ccx`` it says so and compares the other two.
+What was measured: ``bench_three_programs.md``.
 """
 
 import shutil

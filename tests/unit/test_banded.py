@@ -93,7 +93,7 @@ def test_without_an_order_the_band_is_to_both_sides():
 
 
 #: Displacement of two gyroid cells (mini at density 0.45) and of one bcc cell across (density 0.25)
-#: on stuffed tetrahedra, spacing in mm: measured with this code, docs/decisions.md.
+#: on stuffed tetrahedra, spacing in mm: measured with this code, docs/validation.md.
 GYROID = ((1.5, 0.08486), (1.2, 0.07988), (0.9231, 0.07680), (0.75, 0.07799))
 BCC = ((1.0909, 0.40821), (0.9231, 0.48371), (0.7059, 0.44979))
 

@@ -48,7 +48,7 @@ def recovered_stress(
 
     A linear stress is recovered exactly, at the surface too. Patches of least squares
     (Zienkiewicz and Zhu, Int. J. Numer. Meth. Engng 33, 1992) and projections were no better:
-    docs/decisions.md, "Stress of the solid part".
+    docs/decisions/fe.md, "Stress of the solid part".
 
     Parameters
     ----------

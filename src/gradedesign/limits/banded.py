@@ -19,7 +19,8 @@ LEAST_RATIO = 1.05
 UNKNOWN_ORDER = 2.0
 #: Half the band of a value without a known order is this share at least: two errors of opposite
 #: sign, walls that are held too stiff and struts that lose volume, may cancel in the difference of
-#: two meshes. Measured on stuffed tetrahedra: docs/decisions.md, "Bands".
+#: two meshes. Measured on stuffed tetrahedra: docs/validation.md, "Two resolutions of
+#: tetrahedra".
 LEAST_UNKNOWN = 0.04
 #: Share by which a value is too small over the residual of the tractions: usual, most where value
 #: and residual fall together well, and most. Measured with one cell across between plates, where

@@ -49,7 +49,7 @@ from gradedesign.workspace.run_folder import RunFolder
 #: Utilisation of stress from which submodels give the next design a useful factor.
 NEARLY = 0.85
 #: Utilisation of stress up to which submodels wait for the last design: twice what the finite cells
-#: find, where submodels found 0.94 to 1.04 times that (docs/decisions.md).
+#: find, where submodels found 0.94 to 1.04 times that (docs/decisions/verify.md).
 FAR = 0.5
 #: Submodels are left out, or wait for the last design.
 NO_SUBMODELS = Acceptance(

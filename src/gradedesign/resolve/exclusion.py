@@ -22,7 +22,7 @@ from gradedesign.verify.support_zones import SupportZone, evaluated_at
 
 #: Default radius over the edge of a cell. Measured on 5 x 2 x 2 cells held at one end, pulled and
 #: bent (gyroid sheets of density 0.3, Kelvin struts of 0.1): what the support adds to the stress
-#: reaches 0.1 to 0.15 cells, about as far as a wall or strut is thick (docs/decisions.md).
+#: reaches 0.1 to 0.15 cells, about as far as a wall or strut is thick (docs/decisions/limits.md).
 CELLS = 0.25
 #: Default radius over the width of a support, the root of its area, at most: what a small support
 #: disturbs fades within half its width (Saint-Venant). Chosen, not measured.
