@@ -81,7 +81,7 @@ def read_only(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def plain_vector(vector: FloatArray) -> list[float]:
-    """Plain numbers of a vector, without rounding noise: nine figures of its largest entry."""
+    """A vector as plain floats, rounded to nine figures of its largest entry."""
     top = float(np.abs(vector).max(initial=0.0))
     digits = 9 if top == 0.0 else int(8 - np.floor(np.log10(top)))
     return [round(float(v), digits) + 0.0 for v in np.asarray(vector)]

@@ -159,7 +159,7 @@ def cell_map_problems(lattice: CellsSpec, regions: Mapping[str, Any]) -> Iterato
 
 
 def _zone_problems(file: CaseFile) -> Iterator[Problem]:
-    """Find what zones do not go with, and names that two of them have."""
+    """Find keys that cannot be combined with zones, and zones with equal names."""
     if not file.zone:
         return
     lattice = file.lattice

@@ -60,7 +60,7 @@ def _read(value: Any) -> str | StatedLaw:
 
 
 def _written(law: str | StatedLaw) -> Any:
-    """The law as `_read` takes it; pydantic itself would warn that it is not of the other form."""
+    """Serialise a law as `_read` accepts it, without pydantic's warning about the other form."""
     return law if isinstance(law, str) else law.model_dump()
 
 

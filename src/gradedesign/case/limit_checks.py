@@ -74,13 +74,13 @@ def displacement_warnings(limits: LimitsSpec) -> Iterator[Problem]:
 
 
 def _quantity(entry: LimitEntry) -> tuple[Any, ...]:
-    """Fields of a limit that tell its quantity from another: all but value and load case."""
+    """Fields that identify the limited quantity: all but value and load case."""
     apart = {"load_case", *_allowed(entry)}
     return tuple(getattr(entry, name) for name in type(entry).model_fields if name not in apart)
 
 
 def _allowed(entry: LimitEntry) -> dict[str, Allowed]:
-    """Fields that hold the allowed value, with what reads them."""
+    """Fields of a limit that hold its allowed value, with the function that reads each."""
     return {
         name: reader
         for name, field in type(entry).model_fields.items()

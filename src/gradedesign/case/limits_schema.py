@@ -76,7 +76,7 @@ _ExclusionField: TypeAlias = Annotated[Exclusion, _Exclusion()]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SolidMultiple:
-    """So many times the value that the fully solid part has in the same load case.
+    """A multiple of the value of the fully solid part in the same load case.
 
     Attributes
     ----------

@@ -77,7 +77,7 @@ def material_warnings(spec: MaterialSpec) -> Iterator[Problem]:
 
 
 def beyond_yield(limits: LimitsSpec, strength: float, modulus: float, *, name: str) -> str:
-    """Why a limit of stress is none for a material; empty where it may be.
+    """Say why a limit of stress is above the yield strength; empty if it is not.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def beyond_yield(limits: LimitsSpec, strength: float, modulus: float, *, name: s
 
 
 def beyond_yield_warning(limits: LimitsSpec, strength: float, *, name: str) -> str:
-    """Words on a limit above the strength that the case allows; empty for any other."""
+    """Warning of a limit above yield that the case allows; empty otherwise."""
     if limits.stress is None or not limits.beyond_yield or not limits.stress > strength:
         return ""
     return (

@@ -10,7 +10,7 @@ from gradedesign.case.problems import Problem
 
 
 def outer_problems(lattice: CellsSpec, spec: PrintSpec | None) -> Iterator[Problem]:
-    """Find what would open the outer triangles that ``[print] outer = "cad"`` keeps.
+    """Find keys that would open the triangles that ``[print] outer = "cad"`` keeps.
 
     Yields
     ------

@@ -103,7 +103,7 @@ def natural(name: str) -> list[tuple[int, int, str]]:
 
 
 def slices_with(file: Path) -> list[Path]:
-    """The stack of images that one of them stands for: names that differ in numbers only.
+    """The image stack that one image belongs to: files whose names differ in numbers only.
 
     Parameters
     ----------

@@ -152,7 +152,7 @@ def unknown(
     choices: tuple[str, ...],
     noun: str,
 ) -> Problem:
-    """Problem of a key or table that a table does not have, by what it is called elsewhere too."""
+    """Problem of an unknown key or table, with the names that other programs give it."""
     word = str(key[-1])
     if table is not None and issubclass(table, Table):
         if word in table.replaced:
@@ -168,7 +168,7 @@ def unknown(
 
 
 def elsewhere(layout: type[BaseModel], word: str, choices: tuple[str, ...]) -> str:
-    """Words on the tables that have a key, where none of the choices is meant; else empty."""
+    """Say which other tables have a key; empty if one of the choices is meant."""
     if meant(word, choices):
         return ""
     names = {word, word.removesuffix("s"), f"{word}s"}

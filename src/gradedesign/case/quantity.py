@@ -109,9 +109,9 @@ def parse_quantity(text: object, dimension: str) -> float:
 
 
 def _as_typed(text: str) -> tuple[str, ...]:
-    """Readings of a quantity with other signs, blanks or commas, in those of the keyboard.
+    """Possible readings of a quantity typed with other signs, blanks or commas.
 
-    One comma before three digits parts thousands or decimals: which, only the user knows.
+    One comma before three digits may mark thousands or decimals: both readings are returned.
 
     Examples
     --------

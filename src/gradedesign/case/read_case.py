@@ -127,7 +127,7 @@ def load_case(
 
 
 class _KindsAskedFor(Exception):  # noqa: N818  control flow of `require_text`, never seen outside
-    """The text names a limit that only what is installed knows."""
+    """The case names a kind of limit that only an installed plugin can read."""
 
 
 def require_text(
@@ -137,7 +137,7 @@ def require_text(
     *,
     allow_outside: bool,
 ) -> None:
-    """Refuse a case for what its text alone shows, before plugins and solvers are loaded.
+    """Refuse a case by its text alone, before plugins and solvers are loaded.
 
     Nothing is refused here where the text names a limit that is not the core's: those who load
     the plugins read it again.
@@ -243,7 +243,7 @@ def read_toml(file: Path) -> tuple[dict[str, Any], dict[Key, int]]:
 def _named_entries(
     data: Mapping[str, Any], entries: LimitEntries
 ) -> Mapping[str, type[LimitEntry]]:
-    """Lists of limits that a file names; all of them where it has a key that nobody knows.
+    """Lists of limits that a file names; all known ones if it has an unknown key.
 
     What is installed beside them does not change the identity of a case.
     """

@@ -39,7 +39,7 @@ class _Memory(Reader):
 
 
 class _Name(Reader):
-    """A name of what is installed; what is installed says later whether it is there."""
+    """Name of something installed; whether it is there is checked when it is needed."""
 
     __slots__ = ("_example",)
 
@@ -58,7 +58,7 @@ class _Name(Reader):
 
 
 class _Formats(Reader):
-    """A list of different formats, by name; what is installed says later which there are."""
+    """List of different format names; whether they exist is checked when needed."""
 
     __slots__ = ()
 

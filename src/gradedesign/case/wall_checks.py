@@ -47,7 +47,7 @@ def feather_problems(spec: PrintSpec | None) -> Iterator[Problem]:
 
 
 def wall_problems(lattice: CellsSpec, spec: PrintSpec | None) -> Iterator[Problem]:
-    """Find cells and walls too small for the thinnest wall of a printer, or one that none has.
+    """Find cells too small for the stated thinnest wall, and stated walls no printer has.
 
     Yields
     ------

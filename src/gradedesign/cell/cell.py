@@ -52,7 +52,7 @@ class Cell:
 
     @property
     def axes(self) -> StrutAxes | None:
-        """Axes of its round struts; None where it is not made of such.
+        """Axes of the round struts; None if the cell does not consist of round struts.
 
         Raises
         ------

@@ -74,7 +74,7 @@ def evaluate_shape(
 
 
 def blamed_shape(family: CellFamily) -> Callable[..., FloatArray]:
-    """The shape function for the loops over a whole lattice: what it raises names the family.
+    """Shape function whose errors name the cell family.
 
     Unlike `evaluate_shape` it keeps the float type of the points and checks no value.
     """

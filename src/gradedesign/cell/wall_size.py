@@ -188,7 +188,10 @@ def _view(cell: Cell, corner: FloatArray, edge: float, grid: int) -> _View:
 
 
 def _progress(cell: Cell, rho: FloatArray | float) -> FloatArray:
-    """Root of the way through the window: a neck grows with the root of what exceeds the floor."""
+    """Root of the share of the density window below a density, ``(...)``.
+
+    The width of a neck grows with the root of the density above the lower end of the window.
+    """
     a, b = cell.window
     return np.sqrt(np.clip((np.asarray(rho, dtype=np.float64) - a) / (b - a), 0.0, 1.0))
 

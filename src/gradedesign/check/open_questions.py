@@ -23,7 +23,7 @@ _ENTRY = re.compile(r'(\w+) = \[?"\?')
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OpenQuestion:
-    """One "?" of a drafted case: its line, its key, what to write there."""
+    """A "?" in a drafted case: its line, its key and how to answer it."""
 
     line: int
     key: str

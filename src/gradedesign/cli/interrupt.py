@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM that end a command wherever it is, also in code that swallows exceptions."""
+"""End a command on Ctrl-C or SIGTERM, even where code swallows exceptions."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _HAS_TIMER = hasattr(signal, "setitimer")
 class Interruption:
     """Record of a request to end the command.
 
-    What a signal handler raises is lost where a callback of C code or a finaliser happens to run,
-    as while kernels compile, or comes out as another exception. So it is raised again until it
-    arrives. While it is on its way, nothing is raised: what cleans up is not cut short.
+    An exception that a signal handler raises inside a callback of C code or a finaliser, for
+    example while kernels compile, is lost or turned into another exception. So it is raised again
+    until it arrives. Once it propagates nothing more is raised, so that clean-up can finish.
     """
 
     def __init__(self) -> None:
@@ -46,7 +46,7 @@ def _repeat(first: float, interval: float) -> None:
 
 
 def _on_its_way(error: BaseException | None) -> bool:
-    """Tell whether what is being handled, or led to it, is an interruption."""
+    """Whether the exception being handled is an interruption or was caused by one."""
     while error is not None:
         if isinstance(error, Interrupted):
             return True

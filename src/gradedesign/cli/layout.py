@@ -30,7 +30,7 @@ def say(text: str, *, err: bool = False) -> None:
 
 
 def width_now() -> int:
-    """Columns to fill: those of the terminal, or 80."""
+    """Number of columns of the terminal; 80 if there is none."""
     return min(max(shutil.get_terminal_size((WIDTH, 24)).columns, NARROWEST), WIDEST)
 
 

@@ -28,7 +28,7 @@ def cell_header(
     poissons_ratio: float,
     resolution: int,
 ) -> dict[str, Any]:
-    """Plain data of what was homogenised and of the convention of its stiffness."""
+    """Plain data that name the homogenised cell and the convention of its stiffness."""
     return {
         "cell": family.name,
         "parameters": {**family.parameters, **parameters},

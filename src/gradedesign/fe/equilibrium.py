@@ -92,7 +92,7 @@ def evaluate(
 
 
 def defects(solution: Solution) -> str:
-    """Say what keeps a solution from being accepted; empty if nothing does."""
+    """List the reasons why a solution cannot be accepted; empty if there are none."""
     shares = {
         "the residual": solution.residual,
         "the sum of forces": solution.balance.force,

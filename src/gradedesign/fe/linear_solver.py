@@ -109,7 +109,7 @@ class LinearSolver:
     least_unknowns: int = 0
 
     def refusal(self, unknowns: int) -> str:
-        """Why a system of so many unknowns is not taken; empty where it is."""
+        """Say why the solver does not take that many unknowns; empty if it does."""
         if self.most_unknowns is None or unknowns <= self.most_unknowns:
             return ""
         return (

@@ -187,7 +187,7 @@ def _describe(null: FloatArray, size: float, centre: FloatArray) -> tuple[str, .
 
 
 def _reduced(basis: FloatArray) -> FloatArray:
-    """Basis of the same space with as many zeros as elimination gives, so that axes show."""
+    """Equivalent basis with as many zeros as elimination gives, to recognise axes."""
     rows = basis.T.copy()
     count = len(rows)
     done = 0

@@ -141,7 +141,7 @@ def pair_products(points: FloatArray, weights: FloatArray) -> FloatArray:
 
 
 def mean_of(moments: FloatArray) -> FloatArray:
-    """Means ``(..., m)`` over the elements of what has these moments, ``(..., 10, m)``."""
+    """Element means ``(..., m)`` of a quantity given by its moments ``(..., 10, m)``."""
     return np.asarray(_TIMES @ moments)
 
 
@@ -152,7 +152,7 @@ def gauss_moments(values: FloatArray) -> FloatArray:
 
 
 def gauss_equivalent(stiffness: MomentStiffness) -> GaussStiffness:
-    """Stiffness at the Gauss points whose first moments are those of a stiffness.
+    """Stiffness at Gauss points that has the same first moments as the given stiffness.
 
     Thermal forces of an even temperature change and the mean stress of every element are the same
     with both, since strain is linear; values at the points are not those of the stiffness.
@@ -192,7 +192,7 @@ def moment_coefficients(stiffness: GaussStiffness | MomentStiffness) -> FloatArr
 def known_at(
     stiffness: Stiffness, at: Where
 ) -> IsotropicStiffness | AnisotropicStiffness | GaussStiffness:
-    """The stiffness; an error where it has no values at the points ``at``.
+    """Return the stiffness if it has values at the points ``at``; raise otherwise.
 
     Raises
     ------
@@ -213,7 +213,7 @@ def known_at(
 
 
 def require_positive(stiffness: Stiffness) -> None:
-    """Raise unless every element is stable; of moments, unless each of them is.
+    """Raise unless the stiffness of every element (every moment of it) is positive definite.
 
     Raises
     ------

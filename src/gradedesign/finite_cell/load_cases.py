@@ -122,7 +122,7 @@ def solved_cases(
 def _dual(
     goal: DisplacementGoal, solution: CaseSolution, system: _System, free: list[FloatArray]
 ) -> Dual:
-    """Solve for the dual of a goal; it joins what later solutions start from."""
+    """Solve the dual problem of a goal; later solves use its solution as first guess."""
     elements, space = system.elements, system.space
     right, drawn, traction = goal_force(
         elements, space, system.places[goal.region], goal, solution.u

@@ -212,7 +212,7 @@ def _relaxed(
     r: NDArray[np.float32],
     z: NDArray[np.float32],
 ) -> None:
-    """Set z to what the diagonal blocks and the patches make of f - y."""
+    """Set z to the correction of the diagonal blocks and the patches for f - y."""
     kernels.block_jacobi(inverse, f, y, r, z)
     if patches is not None:
         kernels.add_patches(

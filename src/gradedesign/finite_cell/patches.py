@@ -141,7 +141,7 @@ def build_patches(
 def _weak_nodes(
     elements: Elements, space: BrickSpace, free: FreeNodes, stiffness: Operator
 ) -> BoolArray:
-    """Free nodes that only badly cut elements hold, and those of elements with springs.
+    """Free nodes held only by badly cut elements, and nodes of elements with springs.
 
     A well filled element that follows such nodes of a large one must be relaxed together with them.
     """
@@ -161,9 +161,10 @@ def _weak_nodes(
 def _by_colour(
     elements: Elements, space: BrickSpace, free: FreeNodes, weak: BoolArray, holding: IntArray
 ) -> tuple[IntArray, IntArray]:
-    """Elements by colour, so that those of one colour share no weak node, and each colour's first.
+    """Sort elements by colour; elements of one colour share no weak node.
 
-    Free nodes of small elements may be those of elements two places on.
+    Returns the sorted elements and where each colour begins. With local refinement, elements two
+    places apart can share a node, so colours are searched instead of taken from the grid.
     """
     if space.hanging is None:
         return sorted_by_colour(elements, holding)

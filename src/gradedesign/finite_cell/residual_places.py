@@ -27,7 +27,7 @@ ALONG, OF_EACH = 2, BLOCKS // 2
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Places:
-    """Points of elements, with what each stands for and the direction that counts there.
+    """Points in elements at which residuals are weighed, with weight and direction.
 
     Attributes
     ----------
@@ -199,7 +199,7 @@ def _on_face(
 
 
 def _joined(parts: Sequence[Places]) -> Places:
-    """Points of several sets as one."""
+    """Concatenate several sets of points."""
     return Places(
         element=np.concatenate([p.element for p in parts]),
         reference=np.concatenate([p.reference for p in parts], axis=1),
@@ -209,7 +209,7 @@ def _joined(parts: Sequence[Places]) -> Places:
 
 
 def _some(count: int) -> IntArray:
-    """Evenly spaced numbers below a count, `MOST` of them at most."""
+    """Evenly spaced indices below a count, at most `MOST`."""
     return np.arange(0, count, max(1, -(-count // MOST)))
 
 

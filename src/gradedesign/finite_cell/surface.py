@@ -28,7 +28,7 @@ POINTS = 2**18
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SurfacePoints:
-    """Points of a region where it bounds the solid, some of which stand for no area.
+    """Points of a region on the surface of the solid; some carry no area.
 
     Attributes
     ----------

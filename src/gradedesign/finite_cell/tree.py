@@ -90,7 +90,7 @@ def tree_hierarchy(
 
 
 def _parents(position: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """Coarse places that hold elements, and that of every element."""
+    """Coarse elements that contain fine ones, and the coarse element of every fine one."""
     half = position >> 1
     dims = half.max(axis=0).astype(np.int64) + 1
     key = (half[:, 2] * dims[1] + half[:, 1]) * dims[0] + half[:, 0]
@@ -137,7 +137,7 @@ def _prolongation(
 
 
 def _coarse_keep(prolong: csr_matrix, keep: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Components to keep: all but those of coarse nodes that lie on fixed nodes."""
+    """Components that stay free on the coarse level: nodes not on fixed fine nodes."""
     entries = prolong.tocoo()
     same = entries.data == 1.0
     coarse = np.ones((prolong.shape[1], 3), np.float32)

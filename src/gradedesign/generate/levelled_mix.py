@@ -22,7 +22,7 @@ def levelled_mix(
     density: DensityGrid | float,
     domain: DesignDomain,
 ) -> tuple[Field, Field, dict[str, float]]:
-    """Shape and map of a mix whose level follows its place, and what that comes to.
+    """Shape and map of a mix whose level varies by place, and its errors of density.
 
     ``mix`` is its shape function of cell coordinates and share, its period in cells, and the share
     at points ``(3, ...)`` mm. The map adds the share and the excess of the level as fourth and

@@ -118,7 +118,7 @@ def _product(fill: FloatArray, u: FloatArray) -> FloatArray:
 
 
 def _unit_load(fill: FloatArray, axis: int) -> FloatArray:
-    """Nodal flux by which a homogeneous unit gradient is out of balance."""
+    """Nodal fluxes that a unit temperature gradient in the homogeneous cell leaves unbalanced."""
     flux = 0.25 * fill
     for d in range(3):
         behind = np.roll(flux, 1, d)

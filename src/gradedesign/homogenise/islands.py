@@ -73,7 +73,7 @@ def connected_fill(fill: FloatArray) -> tuple[FloatArray, float]:
 
 
 def connected_wall(fill: FloatArray) -> FloatArray:
-    """Remove what hangs on nothing in a wall across z that repeats along x and y.
+    """Remove unconnected material from a wall across z that repeats along x and y.
 
     A face that cuts the cells leaves fragments that no other part of the wall holds; they carry
     nothing, and an equation system with them has no solution.
@@ -110,7 +110,7 @@ def connected_wall(fill: FloatArray) -> FloatArray:
 
 
 def _merge(components: IntArray, count: int) -> tuple[IntArray, IntArray]:
-    """Join the components of one cell with those of its copies.
+    """Join components that touch across the periodic faces of the cell.
 
     Returns the group ``(count + 1,)`` of each piece, and for each group in how many independent
     directions its closed paths wind around the cell.

@@ -57,7 +57,7 @@ def face_distance(vertices: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def crop_to_tet(fill: FloatArray, vertices: FloatArray) -> FloatArray:
-    """Image without what lies outside a tetrahedron.
+    """Set an image to void outside a tetrahedron.
 
     Parameters
     ----------

@@ -149,7 +149,7 @@ def voxel_counts(edges: Sequence[float], resolution: int) -> tuple[int, int, int
 
 
 def _symmetric(fill: FloatArray) -> FloatArray:
-    """Mean over the cycles of x, y, z where only rounding sets them apart."""
+    """Average values over the cyclic permutations of x, y, z if only rounding separates them."""
     turned = [fill, fill.transpose(1, 2, 0), fill.transpose(2, 0, 1)]
     apart = float(np.abs(turned[0] - turned[1]).mean())
     if apart == 0 or apart > _ROUNDING:

@@ -96,7 +96,7 @@ def wall_stiffness(
 
 
 class _Wall:
-    """The voxels of a wall with void beside it, and what is solved on them."""
+    """Voxels of a wall with void beside it, and the solver of its unit states."""
 
     def __init__(
         self,

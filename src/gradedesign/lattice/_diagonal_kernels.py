@@ -280,7 +280,7 @@ def _faces_out(
 
 @njit(cache=True)
 def _cubes(vertices: FloatArray, a: int, b: int, c: int, origin: FloatArray, h: float) -> int:
-    """Number of cubes in the least box of cubes around three vertices; 0 in a face of one."""
+    """Count the grid cubes in the bounding box of three vertices; 0 if it lies in a cube's face."""
     cubes = 1
     for x in range(3):
         i, j, k = vertices[a, x], vertices[b, x], vertices[c, x]

@@ -114,7 +114,7 @@ def beam_lattice(design: LatticeDesign, part: SurfaceMesh) -> BeamLattice:
 
 
 def why_no_beams(axes: StrutAxes | None, cell_map: CellMap | None, domain: DesignDomain) -> str:
-    """Why a lattice cannot be written as beams; empty where it can.
+    """Say why a lattice cannot be written as beams; empty if it can.
 
     Parameters
     ----------
@@ -193,7 +193,7 @@ def _touches(design: LatticeDesign, ends: FloatArray, radius: FloatArray) -> Int
 
 
 def _pieces(design: LatticeDesign, ends: FloatArray, size: float) -> int:
-    """Number of beams for each strut, so that linear radii are right.
+    """Number of beams into which each strut is divided so that its radius is linear in each.
 
     Raises
     ------
@@ -220,7 +220,7 @@ def _pieces(design: LatticeDesign, ends: FloatArray, size: float) -> int:
 
 
 def _merged(places: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Different places ``(n, 3)`` and the number of each of those given."""
+    """Distinct points ``(n, 3)``, and the index of the distinct point for every given one."""
     keys = np.asarray(np.rint(places / _SAME), dtype=np.int64)
     _, first, number = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     return places[first], number.ravel()

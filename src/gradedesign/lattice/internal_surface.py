@@ -99,7 +99,7 @@ def appended(part: SurfaceMesh, internal: SurfaceMesh) -> SurfaceMesh:
 
 
 def internal_of(surface: SurfaceMesh, part: SurfaceMesh) -> SurfaceMesh:
-    """Triangles that are appended to those of the part.
+    """Triangles of inner surfaces, to be appended to those of the part.
 
     Raises
     ------

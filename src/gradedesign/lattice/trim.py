@@ -96,7 +96,7 @@ def trimmed_surface(
 
 
 def volume_fit(design: LatticeDesign, step: float, asked: Resolution | None) -> VolumeFit:
-    """How vertices of a lattice are placed: those of its solid layers stay on these.
+    """How vertices of a lattice are placed by volume; vertices on solid layers stay there.
 
     ``step`` is the grid, mm, of a contour that goes beyond the part by the overhang.
     """

@@ -63,7 +63,7 @@ def _with(domain: DesignDomain, filling: Filling) -> DesignDomain:
 
 
 def _bevel(domain: DesignDomain, radius: float, where: str) -> Filling:
-    """Places of the room that no ball of a radius reaches which stays in it."""
+    """Points of the room that no ball of the radius inside the room reaches."""
     step = radius / STEPS
     whole = any(skin.faces is None for skin in domain.skins)
     # Beyond open faces the room goes on.
@@ -164,7 +164,7 @@ def _together(shells: list[SurfaceMesh]) -> SurfaceMesh:
 
 
 def _largest_ball(cavity: SurfaceMesh, room: Field, diameter: float, step: float) -> float:
-    """Diameter of the largest ball found in a cavity, mm; where it is wider, any above.
+    """Diameter of the largest ball in a cavity, mm; above ``diameter`` only a lower bound.
 
     A ball that fits can be moved until it touches the surface, so its centre lies half a diameter
     below a place of it. The best of such centres then climbs the distance.

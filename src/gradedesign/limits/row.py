@@ -117,12 +117,12 @@ class LimitRow:
 
     @property
     def judges_enough(self) -> bool:
-        """Whether `LEAST_JUDGED` of its body, and of what was to be meshed anew, is judged."""
+        """Whether at least `LEAST_JUDGED` of the body, and of its submodels, was judged."""
         return min(self.judged, self.remeshed) >= LEAST_JUDGED
 
     @property
     def least_utilisation(self) -> float:
-        """That of the favourable end of the band; of the value where there is none."""
+        """Utilisation at the favourable end of the band; at the value if there is no band."""
         return self._used(self.favourable)
 
     @property

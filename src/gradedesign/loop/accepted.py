@@ -156,7 +156,11 @@ def _accepted(
     *,
     postponed: bool = False,
 ) -> Accepted:
-    """The design with what both analyses of its exported surface decide."""
+    """Judge a design by the two analyses of its printed surface.
+
+    Finite cells analyse the whole surface and give every row. Where the whole surface or submodels
+    of it were meshed anew as well, that analysis corrects the rows that it can judge.
+    """
     limits, (surface, islands, digest) = setup.problem.limits, exported
     if acceptance.scope == "whole":
         rows = with_remeshed(limits, whole.rows, acceptance)
@@ -257,7 +261,7 @@ def _body_fitted(
 
 
 def _told(acceptance: Acceptance, before: Sequence[str], announce: Announcer) -> Acceptance:
-    """The acceptance with what was refused before it, all of which is announced."""
+    """Announce an acceptance together with the resolutions that were refused before it."""
     refused = tuple(words for words in (*before, *acceptance.refused) if words)
     for words in refused:
         announce.say("acceptance", words)

@@ -40,7 +40,7 @@ def with_cells(setup: Setup, rho: FloatArray) -> Setup:
 
 
 def graded_cells(problem: Problem, cells: CellChoice, rho: FloatArray) -> CellChoice:
-    """Cells whose size follows the densities of a design; as they are where it is not graded."""
+    """Cells whose size follows the densities of a design; unchanged cells if not graded."""
     case = problem.case
     if not case.lattice.graded_size:
         return cells

@@ -140,7 +140,7 @@ def next_design(
     on_step: Callable[[SizingStep], None] | None,
     on_event: Listener,
 ) -> tuple[SizingResult, Mapping[LimitKey, float]]:
-    """The next design, and what is expected of it where that is not the model's prediction."""
+    """The next design, and its expected values if they differ from the model's prediction."""
     masses = [each.summary.mass_g for each in previous]
     between = design_between(masses, [each.rows for each in previous], factors)
     if between is not None:

@@ -31,7 +31,7 @@ def judge_left(
     ended: Ended,
     tried: set[int],
 ) -> tuple[Accepted | None, Ended]:
-    """Judge what the loop left, where it may hold or be lighter than the accepted design.
+    """Judge designs that the loop has not judged but that may hold or be lighter.
 
     Parameters
     ----------

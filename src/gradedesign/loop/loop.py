@@ -269,7 +269,7 @@ def next_factors(before: Judged | None, now: Judged, *, refused: bool) -> Factor
 
 
 def tight_end(accepted: Accepted, latest: Accepted) -> Ended:
-    """End at a design that uses a limit, or at an earlier one that is lighter and does not."""
+    """End because a design uses a limit, or because an earlier one is lighter without."""
     if accepted is latest:
         return TIGHT_END
     return heavier_end(accepted.iteration.summary.mass_g, latest.iteration.summary.mass_g)

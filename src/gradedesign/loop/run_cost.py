@@ -101,7 +101,7 @@ class RunCost:
     def begin_acceptance(
         self, iteration: DesignIteration, deadline: Deadline, announce: Announcer
     ) -> None:
-        """Say what the acceptance of an iteration's design takes, before it begins.
+        """Announce the predicted cost of an acceptance before it begins.
 
         Raises
         ------

@@ -25,7 +25,7 @@ _SLACK = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LocalStressLaw:
-    """Strength surfaces of one cell at several densities, and what lies between them.
+    """Strength surfaces of one cell at several densities, interpolated in between.
 
     A macroscopic stress is first turned into the local stress at every density of the law, its
     *profile*; profiles of several points or load cases can be averaged or enveloped. Between the

@@ -46,9 +46,10 @@ def independent_entries(symmetry: str) -> Mapping[str, _Entries]:
 def relative_errors(
     stiffness: FloatArray, uncertainty: FloatArray, symmetry: str
 ) -> dict[str, FloatArray]:
-    """Relative error of every constant that is not zero: largest of its entries over their mean.
+    """Relative error of every elastic constant: its largest uncertainty over its mean value.
 
-    A constant below a thousandth of the largest one is NaN; one that always is, is left out.
+    The error of a constant is NaN in rows where it is below a thousandth of the largest constant;
+    constants for which every row is NaN are left out.
 
     Parameters
     ----------
@@ -73,7 +74,7 @@ def relative_errors(
 
 
 def constant_errors(table: PropertyTable) -> dict[str, FloatArray]:
-    """`relative_errors` of a table at each of its densities; none where it states none."""
+    """`relative_errors` of a table at each of its densities; empty if it states none."""
     if table.uncertainty is None:
         return {}
     return relative_errors(table.stiffness, table.uncertainty, table.symmetry)

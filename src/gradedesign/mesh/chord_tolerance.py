@@ -74,7 +74,7 @@ def within_chord(surface: SurfaceMesh, tolerance: float) -> SurfaceMesh:
 def _decimated(
     vertices: FloatArray, fine: IntArray, tolerance: float, open_ends: BoolArray
 ) -> IntArray:
-    """Triangles after as many passes as it takes; only open vertices go."""
+    """Triangles left by repeated passes of decimation; only open vertices are removed."""
     kept = ~open_ends
     faces = fine.astype(np.int32)
     every = np.ones(len(vertices), dtype=np.bool_)

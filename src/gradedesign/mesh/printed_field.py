@@ -66,7 +66,7 @@ def printed_field(surface: SurfaceMesh, band: float) -> Field:
 
 
 def field_within(search: SurfaceSearch, band: float) -> Field:
-    """`printed_field` of a surface whose triangles are ordered: several bands share them."""
+    """Signed distance as `printed_field`, from a search that several bands share."""
     if not (band > 0 and np.isfinite(band)):
         raise ValueError(f"a band of {band:g} mm knows no distance; use a positive one")
     tree, columns = search.tree, search.columns

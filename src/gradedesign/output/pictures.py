@@ -284,7 +284,7 @@ def picture_deformed(
 
 
 def round_factor(wanted: float, largest: float) -> float:
-    """Largest of 1, 2, 5 times a power of ten by which ``largest`` stays within ``wanted``."""
+    """Largest factor 1, 2 or 5 times a power of ten that keeps ``largest`` below ``wanted``."""
     if not largest > 0:
         return 1.0
     power = 10.0 ** np.floor(np.log10(wanted / largest))

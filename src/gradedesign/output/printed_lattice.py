@@ -44,7 +44,7 @@ class SampledPrint(Protocol):
 
     @property
     def printed_volume(self) -> float:
-        """Of what is printed, mm^3."""
+        """Volume that is printed, mm^3."""
 
     @property
     def dropped(self) -> int:

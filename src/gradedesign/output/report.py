@@ -162,7 +162,7 @@ def _percent(value: float | None) -> str:
 
 
 def _beside_file(result: RunResult, entry: Mapping[str, Any]) -> float | None:
-    """Volume of the solid that was analysed whole over that of the printed file, less one."""
+    """Relative difference in volume of the wholly analysed solid to the printed file."""
     volume = sum(result.printed.get("volumes_mm3", {}).values())
     return entry["volume_mm3"] / volume - 1.0 if volume and entry["scope"] == "whole" else None
 

@@ -75,7 +75,10 @@ def _lines(lattice: PrintedLattice) -> list[str]:
 def _encoded(
     lattice: PrintedLattice, scale: float, kind: str, *, scene: bool = False, **options: Any
 ) -> Any:
-    """Bytes or text of the surface, its vertices apart as float32 holds them."""
+    """Write the printed surface in a format of trimesh; return its bytes or text.
+
+    Vertices that float32 would round to one point are moved apart before.
+    """
     import trimesh
 
     mesh = trimesh.Trimesh(

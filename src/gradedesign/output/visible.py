@@ -16,7 +16,7 @@ SAMPLES = 3
 
 
 def visible(layer: Layer, frame: Frame) -> Layer:
-    """A large opaque layer without the triangles that others of it hide.
+    """Triangles of a large opaque layer that are not hidden by others of the layer.
 
     A triangle stays where it is foremost at one of `SAMPLES` squared samples of a pixel, or all
     its corners are such a triangle's, so that narrow ones leave no cracks. The

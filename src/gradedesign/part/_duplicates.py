@@ -35,7 +35,10 @@ def drop_duplicates(faces: IntArray) -> tuple[IntArray, int]:
 
 
 def _copies(faces: IntArray, *, facing: bool) -> BoolArray:
-    """Facets ``(m,)`` to drop of those over the same vertices that face each other, or do not."""
+    """Mark duplicate facets over the same vertices to drop, ``(m,)``.
+
+    `facing` chooses between duplicates that face each other and duplicates that do not.
+    """
     _, first, index, count = np.unique(
         np.sort(faces, axis=1), axis=0, return_index=True, return_inverse=True, return_counts=True
     )
@@ -63,7 +66,7 @@ def _surplus(faces: IntArray) -> BoolArray:
 
 
 def facing_pairs(faces: IntArray, shell: IntArray) -> BoolArray:
-    """Facets ``(m,)`` of a shell that another facet of it covers, turned the other way.
+    """Mark facets ``(m,)`` of a shell that lie on another facet of it turned the other way.
 
     Both go without opening the shell: it is folded onto itself there.
 
@@ -90,7 +93,7 @@ def copy_numbers(faces: IntArray) -> tuple[IntArray, BoolArray]:
 
 
 def _rank(index: IntArray, among: BoolArray) -> IntArray:
-    """How many facets with the same index come before each, of those among which it counts."""
+    """Number of facets with the same index that come before each, counted among ``among``."""
     order = np.argsort(index, kind="stable")
     before: IntArray = np.cumsum(among[order]) - among[order]
     start = np.concatenate([[True], np.diff(index[order]) != 0])

@@ -82,7 +82,7 @@ class Match:
 
 
 def faced_part(surface: SurfaceMesh, faces: SmoothFaces) -> FacedPart:
-    """Gather what the filters need."""
+    """Gather the surface, its faces and the data that the filters need."""
     lower, upper = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     order = np.argsort(faces.label, kind="stable")
     ends = np.cumsum(np.bincount(faces.label, minlength=len(faces.faces)))[:-1]
@@ -196,7 +196,7 @@ class _Size:
         return f"{self.words} {span} {self.unit}"
 
     def wrong(self, value: float) -> tuple[float, bool]:
-        """How far a value is off, relative to what is stated, and whether it fits."""
+        """Relative deviation of a value from the stated one, and whether it is within tolerance."""
         if self.stated is None:
             return 0.0, True
         low, high = self.stated

@@ -122,7 +122,7 @@ def from_seeds(
 
 
 def connected_facets(sheet: FacetSheet, mask: BoolArray, facets: IntArray) -> IntArray:
-    """Facets of a mask that hang together with most of some of them."""
+    """Facets of a mask that are connected to most of the given facets."""
     joined = sheet.pairs[mask[sheet.pairs].all(axis=1)]
     graph = coo_array(
         (np.ones(len(joined), dtype=np.int8), tuple(joined.T)), shape=(len(mask), len(mask))
@@ -132,7 +132,7 @@ def connected_facets(sheet: FacetSheet, mask: BoolArray, facets: IntArray) -> In
 
 
 def _near(sheet: FacetSheet, seed: int, taken: BoolArray) -> IntArray:
-    """Facets around one that are not taken, ring by ring, itself first."""
+    """Free facets around one facet, ring by ring, the facet itself first."""
     near, front = [seed], [seed]
     while front and len(near) < _AROUND:
         beside = {j for k in front for j in sheet.around[k].tolist()}.difference(near)

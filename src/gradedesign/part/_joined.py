@@ -130,7 +130,7 @@ def _words(touches: Touches, owner: IntArray) -> str:
 
 
 def _moves(shells: Settled, touches: Touches, depth: float) -> FloatArray:
-    """Displacements ``(n, 3)`` of corners by which facets in contact move outward by a depth, mm.
+    """Displacements ``(n, 3)``, mm, that move facets in contact outwards by a depth.
 
     Of two facets on each other one moves, and its corners move with all their facets in contact.
     """
@@ -226,7 +226,7 @@ def _whole(
 def united_shells(
     vertices: FloatArray, faces: IntArray, margin: float
 ) -> tuple[FloatArray, list[IntArray]]:
-    """Shells of a union, without what it leaves where faces nearly met.
+    """Shells of a union, without slivers where faces nearly met.
 
     That are edges shorter than the margin, which join corners of both, and shells without volume.
     """

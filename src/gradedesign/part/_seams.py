@@ -83,7 +83,7 @@ def _corners_on(vertices: FloatArray, ends: IntArray, tolerance: float) -> dict[
 def _split(
     face: tuple[int, int, int], between: dict[tuple[int, ...], list[int]]
 ) -> list[tuple[int, int, int]]:
-    """Facets in place of one that has corners ``between`` the ends of its edges, smaller first.
+    """Divide a facet at the corners ``between`` the ends of its edges, smaller ones first.
 
     A facet thinner than the tolerance, whose own corners lie on its edges, stays as it is.
     """

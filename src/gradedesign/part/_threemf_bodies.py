@@ -36,7 +36,7 @@ _MOST_CUTS = 10_000
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class BodyReader:
-    """Walks through what a model builds.
+    """Builds the bodies of a 3MF model from its items.
 
     Attributes
     ----------
@@ -114,7 +114,7 @@ class BodyReader:
         *,
         used: bool,
     ) -> list[PlacedBody]:
-        """Solids so far and an object: joined to them, cut out of them, or left out."""
+        """Add an object to the solids so far, subtract it from them, or leave it out."""
         taken = used and role.role in (SOLID, NEGATIVE)
         new = self._object(number, place, name, depth, used=taken)
         of_assembly = "" if name is None else f" of {name}"

@@ -60,7 +60,7 @@ class StatedBody:
     last: int = -1
 
     def state(self, role: str, source: str) -> None:
-        """Take a role; a second one that differs is refused."""
+        """Record a role; refuse a second one that differs."""
         if self.role not in (None, role):
             raise PartError(
                 f"{source}: {self.where} gives {self.label} two roles, {self.role} and {role}; "

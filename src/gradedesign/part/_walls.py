@@ -191,7 +191,7 @@ def _wall(sheet: FacetSheet, near: IntArray, taken: BoolArray, fit: _Fitting) ->
 def _grown(
     sheet: FacetSheet, facets: IntArray, share: float, taken: BoolArray, fitting: _Fitting
 ) -> tuple[IntArray, Cylinder] | None:
-    """Facets connected with some of these that lie on the wall through most of them."""
+    """Extend facets by connected ones that lie on the wall through most of them."""
     patch = facet_patch(sheet.clusters, facets)
     fit = fitting(patch)
     if fit is None:
@@ -219,7 +219,7 @@ def _grown(
 
 
 def _tolerance(sheet: FacetSheet, facets: IntArray, fit: _Fit, off: FloatArray) -> float:
-    """Distance from a wall, mm, within which a corner lies on it, from those of some corners.
+    """Largest distance from a wall, mm, at which a corner counts as on it.
 
     Corners of a remeshed part lie on the facets that it had before, so within their chord error.
     """

@@ -68,7 +68,7 @@ def _covering(triangles: FloatArray, a: FloatArray, b: FloatArray) -> BoolArray:
 
 
 def _heights(triangle: FloatArray, a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Height of a triangle ``(3, 3)`` over places of its first two coordinates, and where it is."""
+    """Height of a triangle ``(3, 3)`` above points of a plane, and which points it covers."""
     (x0, y0, z0), (x1, y1, z1), (x2, y2, z2) = triangle
     area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
     size = np.ptp(triangle, axis=0).max()

@@ -268,7 +268,7 @@ def _length_on(corners: FloatArray, planes: list[tuple[int, float]], slack: floa
 
 
 def _snapped(part: FacedPart, corners: FloatArray, box: BoxSpec) -> tuple[FloatArray, FloatArray]:
-    """Widen a box to the corners that lie just outside it, so that flush faces stay whole."""
+    """Extend a box to corners just outside it, so that flush faces are selected whole."""
     points, slack = corners.reshape(-1, 3), BOX_SHARE * part.diagonal
     lower, upper = np.array(box.lower), np.array(box.upper)
     below = np.where((points < lower) & (points >= lower - slack), points, lower)

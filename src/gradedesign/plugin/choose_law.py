@@ -89,7 +89,7 @@ def usable_laws(registry: Registry, family: str) -> list[ScalingLaw]:
 
 
 def _overlap(law: ScalingLaw, density: tuple[float, float]) -> float:
-    """Length of the specified densities that a law's window covers; negative where apart."""
+    """Length of the density range that a law's window covers; negative if they are apart."""
     return min(law.window[1], density[1]) - max(law.window[0], density[0])
 
 

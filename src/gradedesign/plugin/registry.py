@@ -216,7 +216,7 @@ _Entries = dict[str, dict[str, tuple[Any, PluginSource]]]
 def _collect(
     manager: pluggy.PluginManager, sources: Mapping[str, PluginSource]
 ) -> tuple[_Entries, list[PluginFailure]]:
-    """Call every hook of every plugin; one that raises loses all of its records."""
+    """Call every hook of every plugin; a plugin that raises loses all of its records."""
     shelves: _Entries = {kind: {} for kind in _SHELVES}
     failures: list[PluginFailure] = []
     for plugin_name, source in sorted(sources.items()):

@@ -16,7 +16,7 @@ from gradedesign.resolve.resolved_case import ResolvedCase
 def moments_with_joints(
     resolved: ResolvedCase, bounds: tuple[float, float], mesh: TetMesh
 ) -> FloatArray:
-    """Moments of what counts as fully dense in sizing, ``(10, M)``, as `solid_moments`.
+    """Moments ``(10, M)`` of the volume that sizing counts as solid, joints included.
 
     That of skins and passive regions, s, and of the joints, j, as they are on the lattice of the
     density rho that sizing is expected to choose: ``s + j / (1 - rho)`` of the volume, so that with

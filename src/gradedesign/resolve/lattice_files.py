@@ -179,10 +179,11 @@ def chord_tolerance(case: CaseIdentity) -> float | None:
 
 
 def crossing_warnings(surface: SurfaceMesh, grid: CellGrid | None = None) -> tuple[str, ...]:
-    """Warnings on triangles of the surface, as files hold it, that pass through each other.
+    """Warn of triangles of the printed surface that pass through each other.
 
-    Its vertices are rounded to float32; the steps by which `write_stl` moves equal ones apart lie
-    far below what counts as a crossing. The grid is that of its contour, where it is known.
+    Vertices are rounded to float32 first, as files hold them; the steps by which `write_stl` moves
+    equal ones apart are far too small to count as a crossing. `grid` is the grid on which the
+    surface was contoured, if it is known: it makes the search faster.
     """
     if len(surface.faces) > MOST_TESTED:
         return (

@@ -117,7 +117,7 @@ def planned_law(
 
 
 def _known(case: Case, law: ScalingLaw) -> PlannedLaw:
-    """A law that needs no computing, refused where it lacks what the case judges."""
+    """A registered law; refused if it lacks a property that the case's limits need."""
     require_strength(case, law)
     return PlannedLaw(name=law.name, window=law.window, known=law)
 

@@ -151,7 +151,7 @@ def with_solid(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
 
 
 def _resolved(case: Case, limit: Limit, analysis: SolidAnalysis) -> Limit:
-    """A limit in its unit: so many times what the solid part has in this load case."""
+    """Allowed value of a limit in its unit; multiples are taken of the solid part's value."""
     if limit.times_solid is None:
         return limit
     value = limit.rows(analysis, "solid part")[0].value

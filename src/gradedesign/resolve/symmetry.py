@@ -159,7 +159,7 @@ def _require_one_part(case: Case, part: Part, planes: Sequence[SymmetryPlane]) -
 def _require_mirrored(
     case: Case, part: Part, number: int, spec: LoadCaseSpec, plane: SymmetryPlane
 ) -> None:
-    """Refuse what acts on a load case and has no mirror image on a plane."""
+    """Refuse loads and supports that have no mirror image on a symmetry plane."""
     if spec.acceleration[plane.axis]:
         raise CaseError(
             f"{case.where(f'load_case[{number}].acceleration')}: found "

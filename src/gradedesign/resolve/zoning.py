@@ -82,7 +82,7 @@ def cell_weights(zoning: Zoning, points: FloatArray) -> FloatArray:
 
 
 def weights_of_cells(zoning: Zoning, weights: FloatArray) -> FloatArray:
-    """Weights of the cells, ``(n, ...)``, from those of the zones ``(Z, ...)``."""
+    """Weights of the cells ``(n, ...)`` from the weights of the zones ``(Z, ...)``."""
     total = np.zeros((len(zoning.cells), *weights.shape[1:]))
     for zone, weight in zip(zoning.zones, weights, strict=True):
         total[zone.cell] += weight

@@ -70,7 +70,7 @@ def acceptance_data(accepted: Accepted) -> dict[str, Any]:
 
 
 def stress_ratios(rows: Sequence[LimitRow], result: ExplicitResult) -> dict[str, float]:
-    """Stress of each limited phase over that of the analysis: what submodels found beside it."""
+    """Stress by submodels over stress by finite cells, for each limited phase."""
     found = {
         (case, measure.phase): measure.value
         for case, measures in result.measures.items()

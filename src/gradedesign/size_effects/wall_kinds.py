@@ -165,9 +165,11 @@ def wall_kinds(
 
 
 def _gathered(place: FloatArray, volumes: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Squares of a fine grid of faces: that of every wall, its mean faces ``(2, n)``, its volume.
+    """Group tetrahedra whose wall has both faces in the same square of a fine grid.
 
-    As many as tetrahedra at most, and few of them within `ALIKE` of each other.
+    Returns the group of every tetrahedron ``(n,)``, and of every group the mean position of its
+    faces ``(2, k)``, in cells, and its volume ``(k,)``. There are far fewer groups than
+    tetrahedra, which keeps the search for walls that are alike short.
     """
     squares = np.round(place / _SQUARE).astype(np.int64)
     _, index = np.unique(squares, axis=1, return_inverse=True)
