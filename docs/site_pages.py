@@ -168,8 +168,10 @@ def api() -> Iterator[str]:
     yield "# Public API\n\nWhat scripts and plugins import; everything else may change.\n"
     for name in gradedesign.__all__:
         thing = getattr(gradedesign, name)
-        module = getattr(thing, "__module__", None)
-        if module and module.startswith("gradedesign"):
+        # Constants and aliases do not know where they are.
+        home = f"gradedesign.{gradedesign._MODULES[name]}"
+        module = getattr(thing, "__module__", None) or home
+        if module.startswith("gradedesign"):
             yield f"::: {module}.{getattr(thing, '__qualname__', name)}\n"
     for module in ("gradedesign.fields", "gradedesign.testing"):
         yield f"::: {module}\n"

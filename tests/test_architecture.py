@@ -24,7 +24,7 @@ ORDER = (
     "errors", "arrays", "fields", "workspace", "case", "mesh", "part", "material", "cell", "fe",
     "voxel", "homogenise", "limits", "sizing", "lattice", "finite_cell", "layout", "size_effects",
     "verify", "output", "plugin", "resolve", "loop", "results", "generate", "check", "pipeline",
-    "testing", "cli", "commands", "__main__",
+    "testing", "cli", "commands", "properties", "__main__",
 )  # fmt: skip
 
 #: Where each heavy library may be imported at all.
@@ -50,7 +50,10 @@ HEAVY = {
 LAZY = ("pytetwild", "vtk", "vtkmodules", "pyvista", "matplotlib", "trimesh", "igl", "jinja2")
 
 #: What plugins may import of the core.
-PUBLIC = ("gradedesign", "gradedesign.commands", "gradedesign.fields", "gradedesign.testing")
+PUBLIC = (
+    "gradedesign", "gradedesign.commands", "gradedesign.fields", "gradedesign.properties",
+    "gradedesign.testing",
+)  # fmt: skip
 
 MODULES = sorted(path for path in SOURCE.rglob("*.py"))
 PLUGIN_MODULES = sorted((ROOT / "plugins").glob("*/src/**/*.py"))
@@ -199,7 +202,9 @@ def lines(node):
 
 
 def is_command_line(path):
-    return path.is_relative_to(SOURCE / "cli")
+    """Whether a file is of a command: ours, or ``command.py`` and ``run_...`` of a plugin."""
+    of_plugin = path.stem == "command" or path.stem.startswith("run_")
+    return path.is_relative_to(SOURCE / "cli") or (path in PLUGIN_MODULES and of_plugin)
 
 
 def wide_or_long(path):

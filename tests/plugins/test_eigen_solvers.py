@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from gradedesign import PluginError, SolverError
-from gradedesign.cli import homogenise as command
 from gradedesign.homogenise.buckling import macro_prestress, weakest_modes
 from gradedesign.homogenise.critical_stress import CriticalStress
 from gradedesign.homogenise.periodic import solve_periodic
 from gradedesign.plugin.registry import build_registry
+from gradedesign_laboratory import run_homogenise as command
 
 PLUGIN = """
 import numpy as np

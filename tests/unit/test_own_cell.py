@@ -123,7 +123,7 @@ def test_its_table_is_written_under_its_name(tmp_path, cli, monkeypatch):
         asked.append(cell)
         raise CaseError("asked")
 
-    monkeypatch.setattr("gradedesign.cli.tabulate.compute_table", table)
+    monkeypatch.setattr("gradedesign_laboratory.run_tabulate.compute_table", table)
     ended = cli("tabulate", tmp_path, "-o", tmp_path / "tables", "--workers", "1")
     assert (ended.code, asked[0].family.name, asked[0].parameters["b"]) == (2, "mine", 0.1)
     ended = cli("tabulate", tmp_path / "casse.toml", "-o", tmp_path / "tables")

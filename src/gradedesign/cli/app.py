@@ -121,11 +121,6 @@ Strict = Annotated[
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print plain data for another program.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace earlier results.")]
-Resolution = Annotated[
-    int | None,
-    typer.Option("--resolution", help="Voxels along the cell, even [what its wall needs]."),
-]
-Poisson = Annotated[float, typer.Option("--nu", help="Poisson's ratio of the base material.")]
 
 
 def print_version(requested: bool) -> None:
@@ -290,99 +285,6 @@ def validate(
 
     raise typer.Exit(
         command(folders, keyword, update=update, strict_plugins=strict_plugins, as_json=as_json)
-    )
-
-
-@app.command()
-def homogenise(
-    cell: Annotated[str, typer.Argument(help="A cell family of `gradedesign cells`, or a case.")],
-    density: Annotated[float, typer.Option("--density", help="Relative density, 0 to 1.")],
-    resolution: Resolution = None,
-    parameter: Annotated[
-        list[str] | None,
-        typer.Option("--parameter", help="name=number, overrides the cell's default; repeatable."),
-    ] = None,
-    boundary: Annotated[
-        str,
-        typer.Option(
-            "--boundary",
-            help="periodic; on a finite block: displacement, traction, mixed or macro-tet.",
-        ),
-    ] = "periodic",
-    block_cells: Annotated[
-        int | None,
-        typer.Option("--cells", min=1, help="Cells along the edge of a finite block [1]."),
-    ] = None,
-    nu: Poisson = 0.3,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", help="Folder for properties.json and plots."),
-    ] = None,
-    conductivity: Annotated[
-        bool, typer.Option("--conductivity", help="Also the conductivity of the solid's paths.")
-    ] = False,
-    buckling: Annotated[
-        bool, typer.Option("--buckling", help="Also the stresses that buckle the cell: minutes.")
-    ] = False,
-    eigen_solver: Annotated[
-        str, typer.Option("--eigen-solver", help="Of --buckling: lanczos, scipy or a plugin's.")
-    ] = "lanczos",
-    strict_plugins: Strict = False,
-    as_json: Json = False,
-) -> None:
-    """Effective stiffness and strength of one cell: C, moduli, anisotropy, bounds, strength."""
-    from gradedesign.cli.homogenise import homogenise as command
-
-    command(
-        cell,
-        density,
-        boundary=boundary,
-        cells=block_cells,
-        resolution=resolution,
-        parameters=parameter or [],
-        poissons_ratio=nu,
-        output=output,
-        conductivity=conductivity,
-        buckling=eigen_solver if buckling else None,
-        strict_plugins=strict_plugins,
-        as_json=as_json,
-    )
-
-
-@app.command()
-def tabulate(
-    output: Annotated[
-        Path, typer.Option("-o", "--output", help="Folder for one table per cell, as JSON.")
-    ],
-    cells: Annotated[list[str] | None, typer.Argument(help="Cells, or cases [all cells].")] = None,
-    resolution: Resolution = None,
-    nu: Poisson = 0.3,
-    workers: Annotated[
-        int | None,
-        typer.Option("--workers", min=1, help="Processes; several need dask [processors]."),
-    ] = None,
-    scheduler: Annotated[
-        str | None, typer.Option("--scheduler", help="Address of a running dask cluster.")
-    ] = None,
-    buckling: Annotated[
-        bool, typer.Option("--buckling", help="Critical stresses too: minutes per density.")
-    ] = False,
-    strict_plugins: Strict = False,
-) -> None:
-    """Compute property tables of cells over their densities, from which laws are made."""
-    from gradedesign.cli.tabulate import tabulate as command
-
-    raise typer.Exit(
-        command(
-            cells or [],
-            output,
-            resolution=resolution,
-            poissons_ratio=nu,
-            workers=workers,
-            scheduler=scheduler,
-            strict_plugins=strict_plugins,
-            buckling=buckling,
-        )
     )
 
 

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import SolverError
-from gradedesign.homogenise.block import solve_block
 from gradedesign.homogenise.constants import solid_stiffness
-from gradedesign.homogenise.macro_element import (
+from gradedesign_laboratory.block import solve_block
+from gradedesign_laboratory.macro_element import (
     recover_stiffness,
     recovery_matrix,
     strain_matrix,
     unit_strain_tests,
 )
-from gradedesign.homogenise.macro_tet import crop_to_tet, face_distance, macro_tet
+from gradedesign_laboratory.macro_tet import crop_to_tet, face_distance, macro_tet
 
 #: E = 1, nu = 0.25.
 PLANE_STRESS = np.array([[16.0, 4.0, 0], [4.0, 16.0, 0], [0, 0, 6.0]]) / 15

@@ -11,11 +11,9 @@ from itertools import product
 import numpy as np
 import scipy.fft
 
-from gradedesign.arrays import FloatArray
-from gradedesign.cell.cell import Cell
-from gradedesign.errors import SolverError
-from gradedesign.homogenise.islands import connected_fill
-from gradedesign.homogenise.sampling import cell_fill
+from gradedesign import SolverError
+from gradedesign.fields import FloatArray
+from gradedesign.properties import Cell, cell_fill, connected_fill
 
 #: Conjugate gradient iterations after which a solve is given up.
 _MOST_ITERATIONS = 1000

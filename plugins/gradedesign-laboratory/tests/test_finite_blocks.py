@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gradedesign.homogenise.block import filled_void, solve_block
-from gradedesign.homogenise.conductivity import cell_conductivity, conductivity_bound
 from gradedesign.homogenise.constants import engineering_constants
 from gradedesign.homogenise.periodic import solve_periodic
+from gradedesign_laboratory.block import filled_void, solve_block
+from gradedesign_laboratory.conductivity import cell_conductivity, conductivity_bound
 
 
 def coordinates(count: int, start: float = 0.0) -> np.ndarray:

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import LatticeError, SolverError
-from gradedesign.homogenise.block import filled_void, solve_block
-from gradedesign.homogenise.conductivity import cell_conductivity, conductivity_bound
 from gradedesign.homogenise.constants import solid_stiffness
+from gradedesign_laboratory.block import filled_void, solve_block
+from gradedesign_laboratory.conductivity import cell_conductivity, conductivity_bound
 
 CORNERS = list(itertools.product((0, 1), repeat=3))
 PAIRS = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]

@@ -8,18 +8,18 @@ from typing import Literal
 import numpy as np
 import scipy.linalg
 
-from gradedesign.arrays import FloatArray
-from gradedesign.cell.cell import Cell
-from gradedesign.errors import ResourceError, SolverError
-from gradedesign.homogenise.block import VOID_STIFFNESS, filled_void, solve_block
-from gradedesign.homogenise.macro_tet import macro_tet
-from gradedesign.homogenise.periodic import solve_periodic
-from gradedesign.homogenise.sampling import (
+from gradedesign import ResourceError, SolverError
+from gradedesign.fields import FloatArray
+from gradedesign.properties import (
     LEAST_VOXELS,
+    Cell,
     cell_fill,
     require_resolved,
+    solve_periodic,
     voxels_in_wall,
 )
+from gradedesign_laboratory.block import VOID_STIFFNESS, filled_void, solve_block
+from gradedesign_laboratory.macro_tet import macro_tet
 
 Boundary = Literal["displacement", "traction", "mixed", "macro-tet"]
 BOUNDARIES: tuple[Boundary, ...] = ("displacement", "traction", "mixed", "macro-tet")

@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray
-from gradedesign.cell.family import CellFamily
-from gradedesign.homogenise.constants import (
+from gradedesign import CellFamily
+from gradedesign.fields import FloatArray
+from gradedesign.properties import (
     engineering_constants,
     isotropic_averages,
     youngs_along,
+    youngs_extremes,
     zener_ratio,
 )
-from gradedesign.homogenise.directional import youngs_extremes
 
 #: Components of stress in the order of the stiffness.
 VOIGT = ("xx", "yy", "zz", "yz", "xz", "xy")

@@ -6,24 +6,22 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cli.layout import say
-from gradedesign.cli.named_cell import named_cell
-from gradedesign.cli.on_dask import Cluster, has_dask, on_dask
-from gradedesign.cli.plugins import registry_for
-from gradedesign.cli.progress_lines import ProgressLines
-from gradedesign.cli.show import print_text
-from gradedesign.errors import CaseError, GradeDesignError
-from gradedesign.homogenise.table import compute_buckling, compute_table
-from gradedesign.material.property_table import (
-    PropertyTable,
-    read_property_table,
-    write_property_table,
+from gradedesign import CaseError, GradeDesignError, PropertyTable, read_property_table
+from gradedesign.commands import (
+    Cluster,
+    ProgressLines,
+    build_registry,
+    counted,
+    has_dask,
+    named_cell,
+    on_dask,
+    print_text,
+    registry_for,
+    say,
+    usable_cores,
+    write_text,
 )
-from gradedesign.plugin.registry import build_registry
-from gradedesign.workspace.atomic import write_text
-from gradedesign.workspace.processor import usable_cores
-from gradedesign.workspace.progress import counted
+from gradedesign.properties import calibrate, compute_buckling, compute_table, write_property_table
 
 #: Answer of a worker: a table's text, or the message and exit code of an error.
 _Outcome = tuple[str | None, str, int]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from gradedesign.cli.show import print_table, print_text
+from gradedesign.commands import print_table, print_text
 
 
 def print_properties(data: Mapping[str, Any]) -> None:

@@ -10,16 +10,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.arrays import BoolArray, FloatArray
-from gradedesign.errors import SolverError
-from gradedesign.homogenise.constrained import Block, block_nodes, padded_block, solve_held
-from gradedesign.homogenise.macro_element import (
+from gradedesign import SolverError
+from gradedesign.fields import BoolArray, FloatArray
+from gradedesign.properties import Block, block_nodes, padded_block, solve_held, unit_load
+from gradedesign_laboratory.macro_element import (
     recover_stiffness,
     shape_values,
     strain_matrix,
     unit_strain_tests,
 )
-from gradedesign.homogenise.periodic import unit_load
 
 #: Nodes this near to a face of the tetrahedron, in voxel edges, follow its corners: half a voxel's
 #: diagonal, so that no node of a voxel cut by a face is free. With 0.5 solid comes out 2 % soft.

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from gradedesign.case.suggest import instead
-from gradedesign.cell.family import CellFamily
-from gradedesign.cli.moduli_data import cell_header, digits, moduli_data, rounded
-from gradedesign.errors import CaseError
-from gradedesign.homogenise.apparent import BOUNDARIES, ApparentStiffness
-from gradedesign.results.common import library_versions
+from gradedesign import CaseError, CellFamily
+from gradedesign.commands import instead, library_versions
+from gradedesign_laboratory.apparent import BOUNDARIES, ApparentStiffness
+from gradedesign_laboratory.moduli_data import cell_header, digits, moduli_data, rounded
 
 #: The boundary condition of a lattice without end.
 PERIODIC = "periodic"

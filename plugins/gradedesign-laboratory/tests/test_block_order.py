@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from gradedesign.cell.calibration import calibrate
-from gradedesign.homogenise.block import filled_void, solve_block
 from gradedesign.homogenise.periodic import solve_periodic
 from gradedesign.homogenise.sampling import cell_fill
 from gradedesign.plugin.registry import build_registry
+from gradedesign_laboratory.block import filled_void, solve_block
 
 REGISTRY = build_registry()
 VOXELS = 8

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from gradedesign.cli import on_dask
-from gradedesign.cli import tabulate as module
 from gradedesign.errors import DensityError
 from gradedesign.homogenise.table import compute_table
 from gradedesign.material.property_table import read_property_table
+from gradedesign_laboratory import run_tabulate as module
 
 
 @pytest.fixture

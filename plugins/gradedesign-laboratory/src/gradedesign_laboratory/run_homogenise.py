@@ -10,38 +10,43 @@ from typing import Any, cast
 
 import numpy as np
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.cell import Cell
-from gradedesign.cli.homogenise_block import PERIODIC, block_data, require_boundary
-from gradedesign.cli.moduli_data import VOIGT, cell_header, digits, moduli_data, rounded
-from gradedesign.cli.named_cell import named_cell
-from gradedesign.cli.plugins import registry_for
-from gradedesign.cli.progress_lines import ProgressLines
-from gradedesign.cli.show import print_json
-from gradedesign.cli.show_properties import print_block, print_properties
-from gradedesign.errors import CaseError, blaming
-from gradedesign.fe.eigen_solver import EigenProblem, EigenSolver, ExtremeValue
-from gradedesign.homogenise.apparent import (
+from gradedesign import CaseError, EigenProblem, EigenSolver, ExtremeValue, ScalingLaw, report_step
+from gradedesign.commands import (
+    ProgressLines,
+    Registry,
+    blaming,
+    library_versions,
+    lookup,
+    named_cell,
+    print_json,
+    registry_for,
+    write_text,
+)
+from gradedesign.properties import (
+    Cell,
+    CellProperties,
+    CriticalStress,
+    calibrate,
+    cell_properties,
+    check_bounds,
+    critical_long_waves,
+    critical_stress,
+    relative_errors,
+)
+from gradedesign_laboratory.apparent import (
     BOUNDARIES,
     Boundary,
     apparent_stiffness,
 )
-from gradedesign.homogenise.bounds import check_bounds
-from gradedesign.homogenise.cell_properties import CellProperties, cell_properties
-from gradedesign.homogenise.conductivity import conductivity_bound, extrapolated_conductivity
-from gradedesign.homogenise.critical_stress import CriticalStress, critical_stress
-from gradedesign.material.long_waves import critical_long_waves
-from gradedesign.material.scaling_law import ScalingLaw
-from gradedesign.material.stiffness_constants import relative_errors
-from gradedesign.output.property_plots import (
+from gradedesign_laboratory.conductivity import conductivity_bound, extrapolated_conductivity
+from gradedesign_laboratory.homogenise_block import PERIODIC, block_data, require_boundary
+from gradedesign_laboratory.moduli_data import VOIGT, cell_header, digits, moduli_data, rounded
+from gradedesign_laboratory.property_plots import (
     plot_laws,
     plot_stiffness,
     plot_strength_surface,
 )
-from gradedesign.plugin.registry import Registry, lookup
-from gradedesign.results.common import library_versions
-from gradedesign.workspace.atomic import write_text
-from gradedesign.workspace.progress import report_step
+from gradedesign_laboratory.show_properties import print_block, print_properties
 
 
 def homogenise(

@@ -15,11 +15,17 @@ from typing import Literal
 
 import numpy as np
 
-from gradedesign.arrays import BoolArray, FloatArray, IntArray, locked
-from gradedesign.errors import SolverError
-from gradedesign.homogenise.constants import solid_stiffness
-from gradedesign.homogenise.constrained import Block, padded_block, solve_held
-from gradedesign.homogenise.periodic import uniform_stress_load, unit_load
+from gradedesign import SolverError
+from gradedesign.fields import BoolArray, FloatArray, IntArray
+from gradedesign.properties import (
+    Block,
+    locked,
+    padded_block,
+    solid_stiffness,
+    solve_held,
+    uniform_stress_load,
+    unit_load,
+)
 
 log = logging.getLogger(__name__)
 

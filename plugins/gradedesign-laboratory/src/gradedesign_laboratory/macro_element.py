@@ -16,8 +16,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray
-from gradedesign.errors import SolverError
+from gradedesign import SolverError
+from gradedesign.fields import FloatArray
 
 _PAIRS = {2: ((0, 0), (1, 1), (0, 1)), 3: ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))}
 

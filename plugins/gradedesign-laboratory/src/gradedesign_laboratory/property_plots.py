@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray
-from gradedesign.homogenise.bounds import hashin_shtrikman_upper
-from gradedesign.homogenise.constants import youngs_along
-from gradedesign.homogenise.directional import transverse_range
-from gradedesign.material.scaling_law import ScalingLaw
-from gradedesign.material.strength_surface import StrengthSurface
-from gradedesign.output.figure import COLOURS, GREY, empty_figure, save_figure
+from gradedesign import ScalingLaw
+from gradedesign.commands import COLOURS, GREY, empty_figure, save_figure
+from gradedesign.fields import FloatArray
+from gradedesign.properties import (
+    StrengthSurface,
+    hashin_shtrikman_upper,
+    transverse_range,
+    youngs_along,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
