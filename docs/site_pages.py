@@ -16,6 +16,8 @@ import typer
 import gradedesign
 from gradedesign.case.generate_schema import GenerateFile
 from gradedesign.case.schema import CaseFile, schema_json
+from gradedesign.case.toml_text import toml_value
+from gradedesign.case.units import DIMENSIONS
 from gradedesign.cli.app import app
 from gradedesign.plugin import hookspecs
 from gradedesign.plugin.read_case import entries_of
@@ -51,88 +53,201 @@ def within_site(text: str) -> str:
 
 
 def case_keys() -> Iterator[str]:
-    """Every section of a case file with its keys, from the schema that reads it."""
-    both = [schema_json(layout, entries_of(None)) for layout in (CaseFile, GenerateFile)]
-    properties = {k: v for schema in reversed(both) for k, v in schema["properties"].items()}
-    definitions = {k: v for schema in reversed(both) for k, v in schema["definitions"].items()}
-    yield "# Case keys\n\nWritten from the schema that reads case files. Every value of a quantity"
-    yield 'carries its unit, as in `"12 mm"`; unknown keys are errors.\n'
-    used = {_reference(p): key for schema in both for key, p in schema["properties"].items()}
-    for name in sorted(definitions, key=lambda name: _place(name, used, properties)):
-        body = definitions[name]
-        other = "" if name in both[0]["definitions"] else ", of `gradedesign generate`"
-        yield f"## {_heading(used[name], properties) if name in used else name}{other}\n"
-        yield f"{_sentence(body.get('description', ''))}\n"
-        yield "| Key | Value | Default | Meaning |\n|---|---|---|---|"
-        for key, value in body["properties"].items():
-            needed = key in body.get("required", ())
-            shown = "required" if needed else _default(key, value.get("default"))
-            about = definitions.get(_reference(value), {})
-            meaning = _described({"description": about.get("description", ""), **value})
-            yield f"| `{key}` | {_kind(value)} | {shown} | {_sentence(meaning)} |"
-        yield ""
+    """Every table of a case file with its keys, from the schema that reads it."""
+    run, generate = (schema_json(layout, entries_of(None)) for layout in (CaseFile, GenerateFile))
+    of_run, of_generate = dict(case_blocks(run)), dict(case_blocks(generate))
+    yield "# Case keys\n\nWritten from the schema that reads case files; unknown keys are errors."
+    yield "Tables inside tables may be written in one line as well: `[lattice.drain]` with"
+    yield '`diameter = "3 mm"` below it is `drain = {diameter = "3 mm"}` in `[lattice]`.'
+    yield "`NAME` is a name of your own; `[[...]]` stands once for every entry of a list.\n"
+    yield from units({**run["definitions"], **generate["definitions"]})
+    yield from of_run.values()
+    lacking = (f"`{n}`" for n in of_run if n not in of_generate and "zone." not in n)
+    yield "## Keys of gradedesign generate\n\nThe keys above, apart from these, which it refuses:"
+    yield f"{', '.join(lacking)}. Others, or with other values:\n"
+    for name, text in of_generate.items():
+        if of_run.get(name) != text:
+            yield text.replace("## [", "### [", 1) if text.startswith("## ") else text
 
 
-#: Defaults of quantities as a case would state them, by key and by what reading makes of them.
-STATED = {
-    ("memory", "8000000000"): "8 GB",
-    ("time", "3600.0"): "60 min",
-    ("temperature_change", "0.0"): "0 K",
-    ("exclusion_radius", "{'radius': None, 'mesh_sizes': None}"): "a quarter of a cell, or less",
-    ("angle", "15.0"): "15 deg",
-    ("polar_cap", "15.0"): "15 deg",
-}
+def units(definitions: Mapping[str, Any]) -> Iterator[str]:
+    """The units of every quantity that a key takes."""
+    yield "## Units\n\nA quantity is a text in quotes: a number, a blank and a unit.\n"
+    yield "| Quantity | Units | Magnitudes | Example |\n|---|---|---|---|"
+    wanted = (DIMENSIONS[name] for name in dict.fromkeys(_dimensions(definitions)))
+    for one in {dimension.phrase: dimension for dimension in wanted}.values():
+        named = ", ".join(f"`{unit}`" for unit in one.units)
+        yield f'| {_noun(one.phrase)} | {named} | between {one.span}, or 0 | `"{one.example}"` |'
+    yield ""
 
 
-def _default(key: str, value: Any) -> str:
-    """A default as a case would state it; empty where there is none."""
-    if value is None or value in ([], {}):
-        return ""
-    said = STATED.get((key, str(value)))
-    return f"`{value}`" if said is None else f'`"{said}"`'
+def case_blocks(
+    schema: Mapping[str, Any], table: Mapping[str, Any] | None = None, name: str = ""
+) -> Iterator[tuple[str, str]]:
+    """Tables and keys of a case file by their dotted names, with what the page says of them.
+
+    Parameters
+    ----------
+    schema : mapping
+        Of the whole file.
+    table : mapping, optional
+        Schema of the table whose keys are wanted; the whole file without it.
+    name : str
+        Dotted name of that table.
+    """
+    below = schema if table is None else table
+    if table is not None:
+        for key, value in below["properties"].items():
+            text = "\n".join(_key(schema, key, value, key in below.get("required", ())))
+            yield f"{name}.{key}", f"### `{name}.{key}`\n\n{text}"
+    for key, value in below["properties"].items():
+        for inner in _references(value):
+            body = schema["definitions"][inner]
+            named = f"{name}.{key}".strip(".") + (".NAME" * ("additionalProperties" in value))
+            title = f"[[{named}]]" if _many(value) else f"[{named}]"
+            needed = " Required." * (table is None and key in schema.get("required", ()))
+            yield title, f"## {title}\n\n{_sentence(body.get('description', ''))}{needed}\n"
+            yield from case_blocks(schema, body, named)
 
 
-def _heading(key: str, properties: Mapping[str, Any]) -> str:
-    """A table as it stands in a case: ``[[keep]]`` where there may be many."""
-    if _many(properties[key]):
-        return f"[[{key}]]"
-    return f"[{key}.NAME]" if "additionalProperties" in properties[key] else f"[{key}]"
+def _key(
+    schema: Mapping[str, Any], key: str, value: Mapping[str, Any], needed: bool
+) -> Iterator[str]:
+    """Meaning of a key; type, unit, range, default and an example."""
+    about = (schema["definitions"][name].get("description", "") for name in _references(value))
+    yield _sentence(value.get("description") or next(about, "")) + "\n"
+    unit = " and ".join(dict.fromkeys(DIMENSIONS[d].unit for d in _dimensions(value)))
+    stated = f"`{toml_value(value['default'])}`" if "default" in value else "none"
+    yield "| Type | Unit | Range | Default | Example |\n|---|---|---|---|---|"
+    yield (
+        f"| {_kind(value)} | {unit or 'none'} | {_range(value)} | "
+        f"{'required' if needed else stated} | "
+        f"`{key} = {toml_value(_example(schema['definitions'], value))}` |\n"
+    )
+
+
+def _dimensions(value: Any) -> Iterator[str]:
+    """Dimensions of the quantities in a value, as they come."""
+    if isinstance(value, dict) and "x-dimension" in value:
+        yield value["x-dimension"]
+    for inner in value.values() if isinstance(value, dict) else value:
+        if isinstance(inner, dict | list):
+            yield from _dimensions(inner)
+
+
+def _options(value: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """The forms that a value may have."""
+    return [option for option in value.get("anyOf", (value,)) if option.get("type") != "null"]
 
 
 def _many(value: Mapping[str, Any]) -> bool:
     """Whether a key holds a list."""
-    return any(option.get("type") == "array" for option in (value, *value.get("anyOf", ())))
+    return any(option.get("type") == "array" for option in _options(value))
 
 
-def _place(name: str, used: Mapping[str, str], properties: Mapping[str, Any]) -> tuple[int, str]:
-    """Sections of a case in their order, then the tables inside them by name."""
-    return (list(properties).index(used[name]) if name in used else len(properties), name)
+def _references(value: Mapping[str, Any]) -> list[str]:
+    """Definitions of the tables that a key holds, itself, in a list or by name."""
+    held = ((o, o.get("items"), o.get("additionalProperties")) for o in _options(value))
+    found = [i["$ref"] for inner in held for i in inner if isinstance(i, dict) and "$ref" in i]
+    return [reference.rpartition("/")[2] for reference in dict.fromkeys(found)]
 
 
-def _reference(value: Mapping[str, Any]) -> str:
-    """Name of the section that a key holds, itself or in an array; empty where none."""
-    inner = (value, value.get("items") or {}, value.get("additionalProperties") or {})
-    options = [*inner, *value.get("anyOf", ())]
-    found = [o["$ref"].rpartition("/")[2] for o in options if isinstance(o, dict) and "$ref" in o]
-    return found[0] if found else ""
-
-
-def _described(value: Mapping[str, Any]) -> str:
-    words = value.get("description", "")
-    example = next(iter(value.get("examples", ())), None)
-    return f"{words} Such as `{example}`." if example is not None else words
+def _example(definitions: Mapping[str, Any], value: Mapping[str, Any]) -> Any:
+    """A value as a case may state it: an example, the other word, the default, or its entries'."""
+    for stated in (value, *(_options(value))):
+        if "examples" in stated:
+            return stated["examples"][0]
+    first = _options(value)[0]
+    if "enum" in first:
+        return next((w for w in first["enum"] if w != value.get("default")), first["enum"][0])
+    if first.get("type") == "boolean":
+        return not value.get("default", False)
+    if "default" in value:
+        return value["default"]
+    if "$ref" in first:
+        return _example(definitions, definitions[first["$ref"].rpartition("/")[2]])
+    if "properties" in first:
+        needed = {key: first["properties"][key] for key in first.get("required", ())}
+        return {key: _example(definitions, inner) for key, inner in needed.items()}
+    return [_example(definitions, first["items"])]
 
 
 def _kind(value: Mapping[str, Any]) -> str:
-    """Type of a value in a word or two."""
-    if name := _reference(value):
-        return f"list of {name}" if _many(value) else name
-    if "enum" in value:
-        return ", ".join(f"`{one}`" for one in value["enum"])
-    if "anyOf" in value:
-        kinds = dict.fromkeys(_kind(o) for o in value["anyOf"] if o.get("type") != "null")
-        return " or ".join(kinds)
-    return str(value.get("type", "any")) if "const" not in value else f"`{value['const']}`"
+    """Type of a value in words."""
+    words = []
+    for option in _options(value):
+        if "x-dimension" in option:
+            words.append(_noun(DIMENSIONS[option["x-dimension"]].phrase))
+        elif "$ref" in option or option.get("type") == "object":
+            words.append("table")
+        elif option.get("type") == "array":
+            words.append(_list_kind(option))
+        else:
+            words.append("word" if "enum" in option or "const" in option else KINDS[option["type"]])
+    return " or ".join(dict.fromkeys(words))
+
+
+#: Types of JSON schema in the words of people who write cases.
+KINDS = {
+    "string": "text",
+    "number": "number",
+    "integer": "whole number",
+    "boolean": "true or false",
+}
+
+
+def _list_kind(value: Mapping[str, Any]) -> str:
+    """Type of a list in words: how many of which."""
+    if isinstance(value["items"], list):
+        return "pair of " + " and ".join(_kind(item) for item in value["items"])
+    inner = _kind(value["items"])
+    head, of, rest = inner.partition(" of ")
+    plural = f"{head}s{of}{rest}" if head in ("list", "pair") else f"{inner}s"
+    least, most = value.get("minItems"), value.get("maxItems")
+    count = f"{most} " if least == most else f"{least} to {most} "
+    return f"list of {count if most else ''}{plural}"
+
+
+def _range(value: Mapping[str, Any]) -> str:
+    """Values that are allowed, in words."""
+    return "; or ".join(dict.fromkeys(_option_range(option) for option in _options(value)))
+
+
+def _option_range(value: Mapping[str, Any]) -> str:
+    if "x-range" in value:
+        return str(value["x-range"])
+    words = value.get("enum", [value["const"]] if "const" in value else ())
+    if words:
+        return ", ".join(f"`{word}`" for word in words)
+    if "$ref" in value:
+        return "as its keys"
+    if value["type"] == "array":
+        items = value["items"] if isinstance(value["items"], list) else [value["items"]]
+        return ", ".join(_range(item) for item in items)
+    if "maxLength" in value:
+        return f"{value['minLength']} to {value['maxLength']} characters"
+    bounds = [f"{word} {value[key]:g}" for key, word in BOUNDS.items() if key in value]
+    return " and ".join(bounds) or UNBOUNDED[value["type"]]
+
+
+#: Bounds of JSON schema in words.
+BOUNDS = {
+    "exclusiveMinimum": "above",
+    "minimum": "at least",
+    "exclusiveMaximum": "below",
+    "maximum": "at most",
+}
+UNBOUNDED = {
+    "number": "any number",
+    "string": "any text",
+    "boolean": "`true`, `false`",
+    "object": "any names",
+}
+
+
+def _noun(phrase: str) -> str:
+    """A phrase without its article."""
+    return phrase.partition(" ")[2]
 
 
 def _sentence(text: str) -> str:

@@ -4,14 +4,18 @@ import re
 import tomllib
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
+from typing import Annotated, get_args, get_origin
 
 import pytest
 import typer
+from pydantic import TypeAdapter
 
 import gradedesign
 from gradedesign import load_case
 from gradedesign.case.generate_schema import GenerateFile
+from gradedesign.case.limits_schema import with_limit_entries
 from gradedesign.case.schema import CaseFile, schema_json
+from gradedesign.case.table import Table
 from gradedesign.cli.app import app
 from gradedesign.cli.validate import read_expected
 from gradedesign.plugin import hookspecs
@@ -42,14 +46,69 @@ def test_every_page_has_its_place():
     assert shown == made | {p.relative_to(DOCS).as_posix() for p in DOCS.rglob("*.md")}
 
 
-def test_every_key_of_a_case_is_explained(pages):
+def keys_of(table, around=""):
+    """Every key below a table of a case: its dotted name and its field."""
+    for name, field in table.model_fields.items():
+        dotted = f"{around}{field.alias or name}"
+        if around:
+            yield dotted, field
+        named = ".NAME" if get_origin(field.annotation) is dict else ""
+        for inner in tables_in(field.annotation):
+            yield from keys_of(inner, f"{dotted}{named}.")
+
+
+def tables_in(annotation):
+    if isinstance(annotation, type) and issubclass(annotation, Table):
+        yield annotation
+    for argument in get_args(annotation):
+        yield from tables_in(argument)
+
+
+def own_value(field, text):
+    """What the type of a key reads from `key = value`."""
+    (value,) = tomllib.loads(text).values()
+    stated = Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
+    return TypeAdapter(stated).validate_python(value)
+
+
+@pytest.mark.parametrize("layout", [CaseFile, GenerateFile])
+def test_every_key_of_a_case_has_type_unit_range_default_and_example(pages, layout):
     text = "\n".join(pages.case_keys())
-    schema = schema_json(CaseFile, entries_of(None))
-    for name in schema["properties"]:
-        assert re.search(rf"^## \[+{name}(\.NAME)?\]+$", text, re.M)
-    for body in schema["definitions"].values():
-        for key in body["properties"]:
-            assert f"| `{key}` |" in text
+    entries = entries_of(None)
+    schema = schema_json(layout, entries)
+    blocks = dict(pages.case_blocks(schema))
+    fields = dict(keys_of(with_limit_entries(layout, entries)))
+    assert {name for name in blocks if name[0] != "["} == set(fields)
+    assert {"region.NAME.plane.normal", "limits.compliance.work", "load_case.fix.region"} < {
+        *fields
+    }
+    for name, block in blocks.items():
+        assert block in text or f"#{block}" in text, name
+    for name, field in fields.items():
+        heading, _, meaning, *_, row = blocks[name].strip().split("\n")
+        five = [cell.strip() for cell in row.strip("|").split(" | ")]
+        assert (heading, len(five), all([meaning, *five])) == (f"### `{name}`", 5, True)
+        *_, default, example = (cell.strip("`") for cell in five)
+        assert example.startswith(f"{name.rpartition('.')[2]} = ")
+        own_value(field, example)
+        assert (default == "required") == field.is_required(), name
+        if default not in ("required", "none"):
+            assert own_value(field, f"key = {default}") == field.default, name
+    for name in schema["definitions"]:
+        assert not re.search(rf"\b{name}\b", text)
+
+
+def test_units_and_ranges_are_those_that_a_case_states(pages):
+    blocks = dict(pages.case_blocks(schema_json(CaseFile, entries_of(None))))
+    for name, row in {
+        "lattice.size": "| length or list of 2 to 3 lengths | mm | at least 1 um and at most "
+        '100000 mm | required | `size = "8 mm"` |',
+        "run.memory": '| amount of memory | GB | at least 0.1 GB | `"8 GB"` | `memory = "8 GB"` |',
+        "limits.percentile": "| number | none | above 50 and at most 100 | `99.5` | "
+        "`percentile = 99.5` |",
+        "lattice.drain": '| table | none | as its keys | none | `drain = {diameter = "3 mm"}` |',
+    }.items():
+        assert blocks[name].strip().endswith(row)
 
 
 def test_every_command_option_hook_and_name_is_listed(pages):
@@ -110,8 +169,8 @@ def test_every_case_fragment_is_toml_with_keys_that_exist(page, pages, tmp_path)
         for section, body in tomllib.loads(text).items():
             allowed = set()
             for schema in schemas:
-                name = pages._reference(schema["properties"].get(section, {}))
-                allowed |= set(schema["definitions"].get(name, {}).get("properties", ()))
+                for name in pages._references(schema["properties"].get(section, {})):
+                    allowed |= set(schema["definitions"][name]["properties"])
             tables = body if isinstance(body, list) else [body]
             if section == "region":
                 tables = body.values()

@@ -44,6 +44,22 @@ def test_what_a_reader_refuses_is_not_valid(schema, table, key, value):
         jsonschema.validate(case, schema)
 
 
+@pytest.mark.parametrize("options", [(), ("--generate",)])
+def test_defaults_and_examples_are_valid_as_written(cli, options):
+    schema = json.loads(cli("schema", *options).out)
+    schema_of_all = {name: schema[name] for name in ("$schema", "definitions")}
+    stated = 0
+    for body in schema["definitions"].values():
+        for key in body["properties"].values():
+            for value in (
+                *key.get("examples", ()),
+                *([key["default"]] if "default" in key else ()),
+            ):
+                jsonschema.validate(value, {**schema_of_all, **key})
+                stated += 1
+    assert stated > 100
+
+
 def test_the_schema_of_generate_asks_for_no_loads(cli, tmp_path):
     case = {
         "case": {"name": "block"},

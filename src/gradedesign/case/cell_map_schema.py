@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import Field, model_validator
 
@@ -40,10 +40,12 @@ _ALL = tuple(dict.fromkeys(key for keys in _KEYS.values() for part in keys for k
 class CellMapSpec(Table):
     """Arrangement of the cells in the part."""
 
+    example: ClassVar[str] = '{kind = "cylindrical", around = 24, inner_radius = "10 mm"}'
+
     kind: Annotated[str, Choice(tuple(_KEYS))] = Field(examples=["cylindrical"])
     """cylindrical: about an axis; spherical: about a centre; conformal: in layers from the
     surface; layered: a whole number of layers between two regions."""
-    around: Annotated[int | None, Whole(3, 100_000)] = None
+    around: Annotated[int | None, Whole(3, 100_000)] = Field(default=None, examples=[24])
     """Cells in a turn, or along the equator; an even number there."""
     inner_radius: Size | None = None
     """Where the first layer of cells begins, mm; the part must not reach below half of it."""
@@ -57,7 +59,7 @@ class CellMapSpec(Table):
     """Mean direction into the part; the cells' other axes lie across it."""
     surface: RegionName | None = None
     """Region from which layers count; the whole surface without it."""
-    layers: Annotated[int | None, Whole(1, 100_000)] = None
+    layers: Annotated[int | None, Whole(1, 100_000)] = Field(default=None, examples=[3])
     """Layers of cells between the two regions."""
     opposite: RegionName | None = None
     """Region at which the last layer ends."""
@@ -87,9 +89,9 @@ class WarpSpec(Table):
 
     centre: Point
     """Its centre, mm."""
-    stable_radius: Size
+    stable_radius: Size = Field(examples=["8 mm"])
     """Within it all cells are magnified alike."""
-    outer_radius: Size
+    outer_radius: Size = Field(examples=["20 mm"])
     """Beyond it nothing changes."""
-    magnification: Annotated[float, Number(above=0.0, at_most=10.0)]
+    magnification: Annotated[float, Number(above=0.0, at_most=10.0)] = Field(examples=[1.5])
     """Size of the cells within, over the size outside."""

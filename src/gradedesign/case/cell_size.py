@@ -47,5 +47,5 @@ class CellSize(Reader):
 
     def json_schema(self) -> JsonSchema:
         """One string, two or three."""
-        length = Quantity("length").json_schema()
+        length = Quantity("length", at_least=CELL_SPAN[0], at_most=CELL_SPAN[1]).json_schema()
         return {"anyOf": [length, {"type": "array", "items": length, "minItems": 2, "maxItems": 3}]}

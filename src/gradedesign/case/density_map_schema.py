@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
-from pydantic import ValidationInfo, WithJsonSchema, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from gradedesign.case.formula import parse_formula
 from gradedesign.case.part_path import resolve_data_file, resolve_data_folder
@@ -13,6 +13,8 @@ from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import (
     Choice,
+    FilePath,
+    Flag,
     JsonSchema,
     Name,
     Number,
@@ -36,8 +38,6 @@ _BELONGS = {
     "field": ("vtu",),
 }
 
-_File = Annotated[Path, WithJsonSchema({"type": "string"})]
-
 
 class FormulaText(Reader):
     """The text of a formula, checked when the case is read."""
@@ -58,7 +58,8 @@ class FormulaText(Reader):
 
     def json_schema(self) -> JsonSchema:
         """A string."""
-        return {"type": "string", "examples": ["0.1 + 0.4 * x / 100"]}
+        example = "0.1 + 0.4 * x / 100"
+        return {"type": "string", "examples": [example], "x-range": "a formula in x, y, z and d"}
 
 
 class DensityMapSpec(Table):
@@ -68,28 +69,30 @@ class DensityMapSpec(Table):
 
     formula: Annotated[str | None, FormulaText()] = None
     """In x, y, z and d, the depth below the part's surface, all in mm."""
-    voxels: _File | None = None
+    voxels: FilePath | None = Field(default=None, examples=["density.npy"])
     """A .npy array (nx, ny, nz): floats are densities, 8 and 16 bit are grey values."""
-    images: _File | None = None
+    images: FilePath | None = Field(default=None, examples=["slices"])
     """A folder of PNG or TIFF slices along z, lowest first by name; columns go along x, rows
     against y. Floats are densities, 8 and 16 bit are grey values."""
-    points: _File | None = None
+    points: FilePath | None = Field(default=None, examples=["density.csv"])
     """Columns x, y, z in mm and density, as text or .npy."""
-    vtu: _File | None = None
+    vtu: FilePath | None = Field(default=None, examples=["density.vtu"])
     """Tetrahedra with a field of densities."""
-    field: Name | None = None
+    field: Name | None = Field(default=None, examples=["density"])
     """Name of the field of ``vtu``; without it there must be only one."""
-    voxel_size: Size | None = None
+    voxel_size: Size | None = Field(default=None, examples=["0.5 mm"])
     """Edge of a voxel, mm; without it the voxels are stretched over the part's bounding box."""
     origin: Point | None = None
     """Lower corner of the voxels, mm; without it that of the part's bounding box."""
-    spacing: Size | None = None
+    spacing: Size | None = Field(default=None, examples=["2 mm"])
     """Of the grid on which ``points`` are mapped, mm; half a cell without it."""
     method: Annotated[str, Choice(("weights", "maximum"))] = "weights"
     """Whether a node takes the inverse-square mean or the maximum of the points around it."""
-    oversize: bool = False
+    oversize: Annotated[bool, Flag()] = False
     """Whether the grid of ``points`` gets a border of ``outside``."""
-    outside: Annotated[float | None, Number(above=0.0, below=1.0)] = None
+    outside: Annotated[float | None, Number(above=0.0, below=1.0)] = Field(
+        default=None, examples=[0.2]
+    )
     """Density of that border; the least one without it."""
 
     @field_validator("voxels", "points", "vtu", mode="before")

@@ -48,7 +48,8 @@ class _StatedDensity(DensityRange):
         return density, density
 
     def json_schema(self) -> JsonSchema:
-        return {"anyOf": [Number(above=0.0, below=1.0).json_schema(), super().json_schema()]}
+        number = Number(above=0.0, below=1.0).json_schema()
+        return {"anyOf": [number, super().json_schema()], "examples": [0.3]}
 
 
 class _Shift(Reader):
@@ -68,7 +69,8 @@ class _Shift(Reader):
             "anyOf": [
                 {"const": "auto"},
                 {"type": "array", "items": number, "minItems": 3, "maxItems": 3},
-            ]
+            ],
+            "examples": [[0.5, 0.5, 0.0]],
         }
 
 

@@ -60,7 +60,8 @@ class DensityRange(Reader):
     def json_schema(self) -> JsonSchema:
         """Two numbers."""
         item = Number(above=0.0, below=1.0).json_schema()
-        return {"type": "array", "items": item, "minItems": 2, "maxItems": 2}
+        pair = {"type": "array", "items": item, "minItems": 2, "maxItems": 2}
+        return {**pair, "examples": [[0.10, 0.65]]}
 
 
 class Parameters(Reader):
@@ -82,7 +83,8 @@ class Parameters(Reader):
 
     def json_schema(self) -> JsonSchema:
         """A table of numbers."""
-        return {"type": "object", "additionalProperties": {"type": "number"}}
+        number = {"type": "number"}
+        return {"type": "object", "additionalProperties": number, "examples": [{"offset": 0.2}]}
 
 
 #: Keys of a lattice whose density is stated rather than found.
@@ -118,23 +120,23 @@ class CellsSpec(Table):
     """Quantity that follows the density: uniform: none; level: the level of the cell; thickness:
     the same, of a cell whose walls have one thickness; size: the size of the cells, with walls of
     one thickness; ratio: size and wall, small cells where it is dense."""
-    wall: Size | None = None
+    wall: Size | None = Field(default=None, examples=["1 mm"])
     """Thickness of the walls when the size of the cells follows the density, mm."""
     parameters: Annotated[dict[str, float], Parameters()] = Field(default_factory=dict)
     """Parameters of the cell family by name."""
-    law: Law = "auto"
+    law: Law = Field(default="auto", examples=["gibson-ashby"])
     """auto: computed on the periodic cell where that can be; gibson-ashby: the power law fitted to
     it; the name of a scaling law; or a power law as stated, a table with stiffness and strength."""
-    skin: SkinSpecs = ()
+    skin: SkinSpecs = Field(default=(), examples=["2 mm"])
     """Solid layers below the part's surface: one thickness such as "2 mm", a table, or several."""
-    bevel: Distance = 0.0
+    bevel: Distance = Field(default=0.0, examples=["0.5 mm"])
     """Radius of the fillets at inner edges and corners below skins and passive regions, mm."""
-    least_cavity: Distance = 0.0
+    least_cavity: Distance = Field(default=0.0, examples=["1 mm"])
     """Diameter of a ball, mm: cavities below a closed skin into which it does not fit are made
     solid."""
     drain: DrainSpec | None = None
     """Holes by which powder leaves voids that skins close."""
-    joint_radius: Distance = 0.0
+    joint_radius: Distance = Field(default=0.0, examples=["0.5 mm"])
     """Radius of the fillets where lattice, skins and passive regions meet, mm."""
     filter_radius: Annotated[float, Number(at_least=0.0, at_most=100.0)] = 1.0
     """Radius of the density filter, in cells."""

@@ -68,7 +68,11 @@ class _Exclusion(Reader):
             raise Refused(f'{error}, or a multiple such as "2 mesh sizes"') from None
 
     def json_schema(self) -> JsonSchema:
-        return {"type": "string", "examples": ["2 mesh sizes", "5 mm"]}
+        return {
+            **Quantity("length").json_schema(),
+            "examples": ["2 mesh sizes", "5 mm"],
+            "x-range": "at least 0 mm, or at most 100 mesh sizes",
+        }
 
 
 _ExclusionField: TypeAlias = Annotated[Exclusion, _Exclusion()]
@@ -130,8 +134,12 @@ class Allowed(Reader):
         """A string; the examples show both forms."""
         wanted = DIMENSIONS[self.dimension]
         text = f"{wanted.phrase} above 0, or a multiple of the solid part's value, at least 1"
-        examples = [wanted.example, "1.5 x solid"]
-        return {"type": "string", "description": text, "examples": examples}
+        return {
+            **Quantity(self.dimension).json_schema(),
+            "description": text,
+            "examples": [wanted.example, "1.5 x solid"],
+            "x-range": f"above {wanted.words(0.0)}, or at least 1 x solid",
+        }
 
 
 def in_number(allowed: float | SolidMultiple) -> float:
@@ -152,8 +160,8 @@ def stated_words(allowed: float | SolidMultiple, unit: str) -> str:
 class LimitEntry(Table):
     """One table of a list of limits in the case file, for one load case or all of them."""
 
-    load_case: Name | None = None
-    """Name of the only load case it holds for; None for all."""
+    load_case: Name | None = Field(default=None, examples=["tip load"])
+    """Name of the only load case it holds for; without it, all."""
 
 
 class DisplacementLimit(LimitEntry):
@@ -202,17 +210,21 @@ class LimitsSpec(Table):
 
     stress: Annotated[float, Quantity("stress", above=0.0)] | None = None
     """Allowed von Mises stress, MPa."""
-    safety_factor: Annotated[float, Number(at_least=1.0, at_most=1000.0)] | None = None
+    safety_factor: Annotated[float, Number(at_least=1.0, at_most=1000.0)] | None = Field(
+        default=None, examples=[2.0]
+    )
     """Allowed stress is the yield strength over this."""
     beyond_yield: Annotated[bool, Flag()] = False
     """Whether ``stress`` may be above the yield strength, although the analysis is linear."""
     buckling: Annotated[str, Choice(("on", "off"))] = "on"
     """Whether buckling of the cells is judged beside a stress limit."""
-    buckling_factor: Annotated[float, Number(at_least=1.0, at_most=1000.0)] | None = None
+    buckling_factor: Annotated[float, Number(at_least=1.0, at_most=1000.0)] | None = Field(
+        default=None, examples=[2.0]
+    )
     """Critical stress over the acting one, at least; by default the safety factor, or 1."""
     percentile: Annotated[float, Number(above=50.0, at_most=100.0)] = 99.5
     """Share of the volume, in per cent, that must stay below the stress limit."""
-    exclusion: _ExclusionField = Field(default=Exclusion(), alias="exclusion_radius")
+    exclusion: _ExclusionField = Field(default_factory=Exclusion, alias="exclusion_radius")
     """Radius around supports that make stress singular, in which it is not judged; without it a
     quarter of a cell, less around small supports and in small parts."""
     displacement: tuple[DisplacementLimit, ...] = ()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from typing import Annotated, ClassVar, TypeAlias
 
@@ -53,7 +54,12 @@ class _Components(Reader):
         return axis_prescription(value)
 
     def json_schema(self) -> JsonSchema:
-        return {"type": "string", "pattern": "^[xyz]{1,3}$"}
+        return {
+            "type": "string",
+            "pattern": "^[xyz]{1,3}$",
+            "examples": ["xy"],
+            "x-range": "letters of xyz, each once",
+        }
 
 
 class _Displacement(Reader):
@@ -68,8 +74,9 @@ class _Displacement(Reader):
         return x, y, z
 
     def json_schema(self) -> JsonSchema:
-        item = {"type": "string", "examples": ["0 mm", "free"]}
-        return {"type": "array", "items": item, "minItems": 3, "maxItems": 3}
+        length = {**Quantity("length").json_schema(), "x-range": "positive or negative, or free"}
+        three_of = {"type": "array", "items": length, "minItems": 3, "maxItems": 3}
+        return {**three_of, "examples": [json.loads(_EXAMPLE)]}
 
     @staticmethod
     def _component(index: int, value: object) -> float | None:
@@ -150,8 +157,10 @@ class LoadSpec(Table):
     The region carries the force and the moment of its offset, and stays free to deform; without
     it the force acts at the region's centroid.
     """
-    pressure: Annotated[float, Quantity("pressure")] | None = None
-    """MPa along the inward normal: positive presses on the part."""
+    pressure: Annotated[float, Quantity("pressure")] | None = Field(
+        default=None, examples=["2 MPa"]
+    )
+    """Pressure, MPa, along the inward normal: positive presses on the part."""
     moment: Annotated[Triple, Vector("moment")] | None = None
     """Total moment in N mm about the centroid of the region."""
     bearing: Annotated[Triple, Vector("force")] | None = None
@@ -207,10 +216,12 @@ class LoadCaseSpec(Table):
     """Supports."""
     load: tuple[LoadSpec, ...] = ()
     """Loads on regions."""
-    acceleration: Annotated[Triple, Vector("acceleration")] = (0.0, 0.0, 0.0)
-    """mm/s^2; the body force is density times this, so gravity points down."""
+    acceleration: Annotated[Triple, Vector("acceleration")] = Field(
+        default=(0.0, 0.0, 0.0), examples=[["0 m/s^2", "0 m/s^2", "-9.81 m/s^2"]]
+    )
+    """Acceleration, mm/s^2; the body force is density times this, so gravity points down."""
     temperature_change: Annotated[float, Quantity("temperature")] = 0.0
-    """K, uniform, from the stress-free state."""
+    """Change of temperature, K, uniform, from the stress-free state."""
 
     @property
     def has_forces(self) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, ClassVar
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from gradedesign.case.suggest import listed
 from gradedesign.case.table import Table, key_error
@@ -17,6 +17,8 @@ _NEEDED = ("youngs_modulus", "poissons_ratio", "density")
 class MaterialSpec(Table):
     """Either ``name`` alone, resolved in the library of materials, or its own properties."""
 
+    example: ClassVar[str] = '{name = "Ti-6Al-4V"}'
+
     called: ClassVar[Mapping[str, str]] = {
         "material": "name",
         "e": "youngs_modulus",
@@ -27,18 +29,24 @@ class MaterialSpec(Table):
         "cte": "thermal_expansion",
     }
 
-    name: Name | None = None
+    name: Name | None = Field(default=None, examples=["Ti-6Al-4V"])
     """Name in the library."""
-    youngs_modulus: Annotated[float, Quantity("stress", above=0.0)] | None = None
-    """MPa."""
-    poissons_ratio: Annotated[float, Number(above=-1.0, below=0.5)] | None = None
-    """Between -1 and 0.5, both excluded."""
+    youngs_modulus: Annotated[float, Quantity("stress", above=0.0)] | None = Field(
+        default=None, examples=["114 GPa"]
+    )
+    """Young's modulus of the solid material, MPa."""
+    poissons_ratio: Annotated[float, Number(above=-1.0, below=0.5)] | None = Field(
+        default=None, examples=[0.34]
+    )
+    """Poisson's ratio."""
     density: Annotated[float, Quantity("density", above=0.0)] | None = None
-    """t/mm^3."""
-    yield_strength: Annotated[float, Quantity("stress", above=0.0)] | None = None
-    """MPa; needed for a safety factor."""
+    """Mass density of the solid material, t/mm^3."""
+    yield_strength: Annotated[float, Quantity("stress", above=0.0)] | None = Field(
+        default=None, examples=["880 MPa"]
+    )
+    """Stress at which the solid material yields, MPa; needed for a safety factor."""
     thermal_expansion: Annotated[float, Quantity("thermal_expansion")] | None = None
-    """1/K; needed for a temperature change."""
+    """Coefficient of thermal expansion, 1/K; needed for a temperature change."""
 
     @model_validator(mode="after")
     def _complete(self) -> MaterialSpec:

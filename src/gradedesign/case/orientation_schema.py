@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
-from pydantic import Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from gradedesign.case.density_map_schema import FormulaText
 from gradedesign.case.part_path import resolve_data_file
 from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table, key_error
-from gradedesign.case.value_types import JsonSchema, Name, Number, Reader, Refused, three
+from gradedesign.case.value_types import (
+    FilePath,
+    JsonSchema,
+    Name,
+    Number,
+    Reader,
+    Refused,
+    three,
+)
 
 _SOURCES = ("load_case", "direction", "vtu")
+_DIRECTION = ["cos(x / 30)", "sin(x / 30)", "0"]
 
 
 class _Formulas(Reader):
@@ -22,27 +32,34 @@ class _Formulas(Reader):
     __slots__ = ()
 
     def read(self, value: object) -> tuple[str, str, str]:
-        example = '["cos(x / 30)", "sin(x / 30)", "0"]'
-        x, y, z = (FormulaText().read(v) for v in three(value, example))
+        x, y, z = (FormulaText().read(v) for v in three(value, json.dumps(_DIRECTION)))
         return x, y, z
 
     def json_schema(self) -> JsonSchema:
         item = FormulaText().json_schema()
-        return {"type": "array", "items": item, "minItems": 3, "maxItems": 3}
+        return {
+            "type": "array",
+            "items": item,
+            "minItems": 3,
+            "maxItems": 3,
+            "examples": [_DIRECTION],
+        }
 
 
 class OrientationSpec(Table):
     """Directions that cell axes follow: exactly one source."""
 
-    load_case: Name | None = None
+    example: ClassVar[str] = '{load_case = "tip load"}'
+
+    load_case: Name | None = Field(default=None, examples=["tip load"])
     """Principal stresses of the fully solid part in this load case; in a run only."""
     direction: Annotated[tuple[str, str, str] | None, _Formulas()] = None
     """Components of a direction, formulas in x, y, z and the depth d, in mm; its length is how
     much it counts."""
-    vtu: Annotated[Path, WithJsonSchema({"type": "string"})] | None = None
+    vtu: FilePath | None = Field(default=None, examples=["stress.vtu"])
     """Tetrahedra with a field of stresses, 6 (xx, yy, zz, xy, yz, xz) or 9 components, or of
     directions, 3 components."""
-    field: Name | None = None
+    field: Name | None = Field(default=None, examples=["stress"])
     """Name of the field of ``vtu``; without it there must be only one."""
     smooth: Annotated[float, Number(above=0.0, at_most=100.0)] = Field(default=1.0)
     """Length over which directions are smoothed, in cells."""

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Any
+from typing import Any
 
 from pydantic import (
     ConfigDict,
     Field,
     ValidationInfo,
-    WithJsonSchema,
     field_validator,
     model_validator,
 )
@@ -17,7 +16,7 @@ from pydantic import (
 from gradedesign.case.part_path import resolve_data_file
 from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table, key_error
-from gradedesign.case.value_types import Name, Refused
+from gradedesign.case.value_types import FilePath, Name, Refused
 
 #: Depth of lists in lists, and entries of one option in all.
 _DEEPEST, _MOST = 4, 100_000
@@ -31,7 +30,7 @@ class OwnCellSpec(Table):
 
     maker: Name = Field(examples=["strut-graph"])
     """Name of the maker of the cell; ``gradedesign cells --makers`` lists them."""
-    file: Annotated[Path, WithJsonSchema({"type": "string"})] | None = None
+    file: FilePath | None = Field(default=None, examples=["cell.json"])
     """The file that it reads, below the folder of the case."""
 
     @property

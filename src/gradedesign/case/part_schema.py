@@ -6,13 +6,14 @@ from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from gradedesign.case.part_path import resolve_part_file
 from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import (
     Choice,
+    FilePath,
     JsonSchema,
     Quantity,
     Reader,
@@ -63,7 +64,8 @@ class _RepairOptions(Reader):
         return value
 
     def json_schema(self) -> JsonSchema:
-        return {"type": "object", "additionalProperties": {"type": ["number", "string", "boolean"]}}
+        value = {"type": ["number", "string", "boolean"]}
+        return {"type": "object", "additionalProperties": value, "examples": [{"edge": "2 mm"}]}
 
 
 def part_file(value: object, info: ValidationInfo) -> Path:
@@ -87,13 +89,13 @@ def part_file(value: object, info: ValidationInfo) -> Path:
 class ShapeSpec(Table):
     """The shape of the part: exactly one of ``file`` and ``box``."""
 
-    file: Annotated[Path, WithJsonSchema({"type": "string"})] | None = None
+    file: FilePath | None = Field(default=None, examples=["bracket.stl"])
     """File of the part, below the folder of the case; its absolute path once read."""
-    box: Annotated[Triple, Vector("length", '["60 mm", "20 mm", "20 mm"]')] | None = None
+    box: Annotated[Triple, Vector("length", '["60 mm", "20 mm", "20 mm"]', 0.0)] | None = None
     """Edge lengths in mm; the box occupies [0, a] x [0, b] x [0, c]."""
     units: Annotated[str, Choice(UNITS)] | None = None
     """Unit of the coordinates of the file; may be left out where its format carries one."""
-    chord_tolerance: Size | None = None
+    chord_tolerance: Size | None = Field(default=None, examples=["0.05 mm"])
     """Largest distance of the triangles from the curved faces of a CAD file, mm."""
     repair: Annotated[str, Text("a way of repair", 80)] = "safe"
     """How far a damaged surface may be repaired: ``safe``, ``auto``, ``rebuild`` or a plugin's."""
@@ -112,10 +114,8 @@ class ShapeSpec(Table):
 
     @field_validator("box", mode="after")
     @classmethod
-    def _positive(cls, value: Triple | None) -> Triple | None:
+    def _no_speck(cls, value: Triple | None) -> Triple | None:
         for i, edge in enumerate(value or ()):
-            if edge <= 0.0:
-                raise Refused(f"entry {i + 1}: found {edge:g} mm; expected more than 0 mm")
             if edge < _LEAST_EDGE:
                 raise Refused(
                     f"entry {i + 1}: found {edge:g} mm; expected at least {_LEAST_EDGE:g} mm; is "
@@ -146,7 +146,7 @@ class PartSpec(ShapeSpec):
     mesh_size: Size | None = Field(default=None, examples=["12 mm"])
     """Edge length of the tetrahedra of the solid, mm; by default it follows from the part's
     thickness, its cells and the number of unknowns."""
-    mesher: Annotated[str, Text("the name of a mesher", 80)] | None = None
+    mesher: Annotated[str, Text("the name of a mesher", 80, "pytetwild")] | None = None
     """Mesher of the solid: by default tetrahedra cut from bricks for a box, ``pytetwild`` for a
     file."""
 
@@ -172,5 +172,5 @@ class PartSpec(ShapeSpec):
 class GeneratePartSpec(ShapeSpec):
     """The part of a case that may do without an analysis."""
 
-    mesh_size: Size | None = None
+    mesh_size: Size | None = Field(default=None, examples=["4 mm"])
     """Edge length of the tetrahedra of the solid, mm; only an analysis needs it."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
-from pydantic import Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from gradedesign.case.direction import Direction
 from gradedesign.case.part_schema import UNITS, part_file
@@ -15,6 +15,7 @@ from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import (
     Choice,
+    FilePath,
     JsonSchema,
     Name,
     Point,
@@ -49,11 +50,15 @@ class _Ends(Reader):
 
     def json_schema(self) -> JsonSchema:
         point = Vector("length").json_schema()
-        return {"type": "array", "items": point, "minItems": 2, "maxItems": 2}
+        example = [["0 mm", "0 mm", "0 mm"], ["0 mm", "0 mm", "20 mm"]]
+        pair = {"type": "array", "items": point, "minItems": 2, "maxItems": 2}
+        return {**pair, "examples": [example]}
 
 
 class CylinderVolume(Table):
     """All within half the diameter of an axis, between its ends where they are stated."""
+
+    example: ClassVar[str] = '{diameter = "20 mm", point = ["30 mm", "10 mm", "0 mm"]}'
 
     diameter: Size = Field(examples=["20 mm"])
     """Diameter, mm."""
@@ -80,9 +85,11 @@ class CylinderVolume(Table):
 class BodySpec(Table):
     """A body of the part by a region on it, or a closed body from a file of its own."""
 
+    example: ClassVar[str] = '{region = "insert"}'
+
     region: RegionName | None = None
     """Name of a region with faces of the bodies of the part that are meant."""
-    file: Annotated[Path, WithJsonSchema({"type": "string"})] | None = None
+    file: FilePath | None = Field(default=None, examples=["insert.stl"])
     """File of a closed surface in the part's coordinates; its absolute path once read."""
     units: Annotated[str, Choice(UNITS)] | None = None
     """Unit of the coordinates of the file; may be left out where its format carries one."""

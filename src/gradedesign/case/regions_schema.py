@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
-from pydantic import Field, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from gradedesign.case.direction import Facing
 from gradedesign.case.quantity import parse_quantity
@@ -74,7 +74,12 @@ class _Position(Reader):
             raise Refused(f"{error}, or min or max") from None
 
     def json_schema(self) -> JsonSchema:
-        return {"type": "string", "examples": ["min", "max", "12 mm"]}
+        length = Quantity("length").json_schema()
+        return {
+            **length,
+            "examples": ["min", "max", "12 mm"],
+            "x-range": "min, max or a coordinate",
+        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +96,8 @@ class _Normal(Reader):
         return x / length, y / length, z / length
 
     def json_schema(self) -> JsonSchema:
-        return {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
+        three_of = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
+        return {**three_of, "examples": [[0, 0, 1]], "x-range": "not all of them 0"}
 
 
 class _FaceNumbers(Reader):
@@ -111,7 +117,7 @@ class _FaceNumbers(Reader):
     def json_schema(self) -> JsonSchema:
         number = {"type": "integer", "minimum": 0}
         several = {"type": "array", "items": number, "minItems": 1, "uniqueItems": True}
-        return {"anyOf": [number, several]}
+        return {"anyOf": [number, several], "examples": [3]}
 
 
 class _Color(Reader):
@@ -125,7 +131,12 @@ class _Color(Reader):
         return value.lower()
 
     def json_schema(self) -> JsonSchema:
-        return {"type": "string", "pattern": f"^{_COLOR.pattern}$", "examples": ["#ff0000"]}
+        return {
+            "type": "string",
+            "pattern": f"^{_COLOR.pattern}$",
+            "examples": ["#ff0000"],
+            "x-range": "`#000000` to `#ffffff`",
+        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,23 +181,13 @@ class PlaneSpec(Table):
     """
 
     axis: AxisIndex | None = None
-    """0, 1 or 2: the coordinate that is constant on the plane."""
+    """The coordinate that is constant on the plane; 0, 1 or 2 once read."""
     position: Annotated[float | Literal["min", "max"], _Position()] | None = None
     """Coordinate in mm, or that side of the part's bounding box."""
     point: Point | None = None
     """A point of the plane, mm."""
     normal: Annotated[Triple, _Normal()] | None = None
     """Unit normal of the plane, either sense."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _split_text(cls, value: Any) -> Any:
-        if not isinstance(value, str):
-            return value
-        match = _PLANE_TEXT.fullmatch(value) if len(value) <= 80 else None
-        if match is None:
-            raise Refused(f"found {shown(value)}; expected {_PLANE_EXAMPLE}")
-        return {"axis": match["axis"], "position": match["position"]}
 
     @model_validator(mode="after")
     def _complete(self) -> PlaneSpec:
@@ -306,16 +307,21 @@ class SlotSpec(Table):
     """Direction across width and length, in which the slot is cut: x, y or z."""
 
 
+def _split_text(value: Any) -> Any:
+    """The table that a text such as ``"x = min"`` stands for."""
+    if not isinstance(value, str):
+        return value
+    match = _PLANE_TEXT.fullmatch(value) if len(value) <= 80 else None
+    if match is None:
+        raise Refused(f"found {shown(value)}; expected {_PLANE_EXAMPLE}")
+    return {"axis": match["axis"], "position": match["position"]}
+
+
+_PlaneText: TypeAlias = Annotated[
+    str, WithJsonSchema({"type": "string", "x-range": 'such as "x = min" or "z = 12 mm"'})
+]
 _AnyPlane: TypeAlias = Annotated[
-    PlaneSpec,
-    WithJsonSchema(
-        {
-            "anyOf": [
-                {"type": "string", "examples": ["x = min", "z = 12 mm"]},
-                {"type": "object"},
-            ],
-        }
-    ),
+    PlaneSpec, BeforeValidator(_split_text, json_schema_input_type=_PlaneText | PlaneSpec)
 ]
 
 
@@ -332,7 +338,7 @@ class RegionSpec(Table):
         "colour": "color",
     }
 
-    plane: _AnyPlane | None = None
+    plane: _AnyPlane | None = Field(default=None, examples=["x = min"])
     """Flat faces on this plane."""
     box: BoxSpec | None = None
     """Faces that lie in this box with every corner; with ``clip`` what it cuts out of any face."""
@@ -345,14 +351,14 @@ class RegionSpec(Table):
     facing: Facing | None = None
     """Faces whose mean outward normal points this way, within ``angle``."""
     angle: Annotated[float, Quantity("angle", above=0.0)] = 15.0
-    """Degrees around ``facing``."""
+    """Angle around ``facing``, degrees."""
     nearest: Point | None = None
     """Of the faces that pass the other keys, the one nearest to this point, mm."""
     inside: BoxSpec | None = None
     """Faces whose centroid lies in this box."""
     face: Annotated[tuple[int, ...], _FaceNumbers()] = ()
     """Triangles of these faces of the part's file, by their numbers there."""
-    name: Annotated[str, Text("the name of a face or body", 120)] | None = None
+    name: Annotated[str, Text("the name of a face or body", 120, "FLANGE")] | None = None
     """Triangles of the faces with this name in the part's file."""
     color: Annotated[str, _Color()] | None = None
     """Triangles of the faces with this colour in the part's file."""
@@ -364,7 +370,7 @@ class RegionSpec(Table):
     """Not the faces of these regions."""
     clip: Annotated[bool, Flag()] = False
     """Cut faces by ``box`` instead of taking those that lie in it whole."""
-    count: Annotated[int, Whole(1, 100_000)] | None = None
+    count: Annotated[int, Whole(1, 100_000)] | None = Field(default=None, examples=[4])
     """Assertion: exactly this many faces."""
     area: Annotated[float, Quantity("area", above=0.0)] | None = None
     """Assertion: total area in mm^2, within ``area_tolerance``."""

@@ -7,6 +7,8 @@ import re
 from collections.abc import Mapping
 from typing import Annotated, ClassVar
 
+from pydantic import Field
+
 from gradedesign.case.suggest import instead, shown
 from gradedesign.case.table import Table
 from gradedesign.case.value_types import (
@@ -24,6 +26,11 @@ from gradedesign.case.value_types import (
 _FORMATS = ("stl", "vtu", "report")
 _SOLVER, _ANALYSIS, _MESHER = "multigrid", "finite-cells", "pytetwild"
 _NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
+_NAME_SCHEMA: JsonSchema = {
+    "type": "string",
+    "pattern": f"^{_NAME.pattern}$",
+    "x-range": "a name of what is installed",
+}
 
 
 class _Memory(Reader):
@@ -35,7 +42,7 @@ class _Memory(Reader):
         return int(Quantity("memory", at_least=1e8).read(value))
 
     def json_schema(self) -> JsonSchema:
-        return Quantity("memory").json_schema()
+        return Quantity("memory", at_least=1e8).json_schema()
 
 
 class _Name(Reader):
@@ -54,7 +61,7 @@ class _Name(Reader):
         return value
 
     def json_schema(self) -> JsonSchema:
-        return {"type": "string", "pattern": f"^{_NAME.pattern}$", "examples": [self._example]}
+        return {**_NAME_SCHEMA, "examples": [self._example]}
 
 
 class _Formats(Reader):
@@ -75,7 +82,7 @@ class _Formats(Reader):
         return tuple(value)
 
     def json_schema(self) -> JsonSchema:
-        name = {"type": "string", "pattern": f"^{_NAME.pattern}$", "examples": list(_FORMATS)}
+        name = {**_NAME_SCHEMA, "examples": list(_FORMATS)}
         return {"type": "array", "items": name, "uniqueItems": True}
 
 
@@ -91,10 +98,10 @@ class RunSpec(Table):
     }
 
     memory: Annotated[int, _Memory()] = 8_000_000_000
-    """Bytes that the mesher's process, a predicted mesh, and a density map with its grid may take;
-    linear solvers are limited by what the machine has left."""
+    """Memory, bytes, that the mesher's process, a predicted mesh, and a density map with its grid
+    may take; linear solvers are limited by what the machine has left."""
     time: Annotated[float, Quantity("time", at_least=1.0)] = 3600.0
-    """Budget in seconds."""
+    """Budget, seconds."""
     acceptance: Annotated[str, Choice(("auto", "whole", "submodels"))] = "auto"
     """Part of the printed surface that is meshed again for the verdict: ``whole``, the most
     stressed cells (``submodels``), or whichever the time allows (``auto``)."""
@@ -110,12 +117,14 @@ class RunSpec(Table):
     solver: Annotated[str, _Name(_SOLVER)] = _SOLVER
     """Linear solver of every analysis: ``multigrid``, ``direct``, ``scikit-fem`` as a reference for
     small parts, or one that a plugin supplies."""
-    elements_per_wall: Annotated[float, Number(at_least=0.25, at_most=16.0)] | None = None
+    elements_per_wall: Annotated[float, Number(at_least=0.25, at_most=16.0)] | None = Field(
+        default=None, examples=[2.0]
+    )
     """Elements of the explicit grid across the thinnest wall: 0.7 of walls and 1.8 of struts by
     default, and up to 1.7 times as many where the solid needs fewer than 0.3 million unknowns."""
     submodel_count: Annotated[int, Whole(1, 64)] = 2
     """Submodels analysed for acceptance."""
-    explicit_mesh_size: Size | None = None
+    explicit_mesh_size: Size | None = Field(default=None, examples=["0.3 mm"])
     """Grid spacing of the explicit mesh in mm, instead of ``elements_per_wall``."""
 
 

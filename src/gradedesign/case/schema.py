@@ -30,6 +30,7 @@ from gradedesign.case.print_schema import PrintSpec
 from gradedesign.case.regions_schema import BoxSpec, CylinderSpec, PlaneSpec, RegionSpec
 from gradedesign.case.run_schema import OutputSpec, RunSpec
 from gradedesign.case.table import Table
+from gradedesign.case.units import DIMENSIONS
 from gradedesign.case.value_types import Name, RegionName
 from gradedesign.case.zone_schema import ZoneSpec
 
@@ -156,6 +157,13 @@ class Case(CaseIdentity):
     zone: tuple[ZoneSpec, ...]
 
 
+def _stated(value: Any, key: Mapping[str, Any]) -> Any:
+    """A default as a case would state it: quantities with their unit."""
+    if isinstance(value, list):
+        return [_stated(entry, key["items"]) for entry in value]
+    return DIMENSIONS[key["x-dimension"]].words(value) if "x-dimension" in key else value
+
+
 def schema_json(
     layout: type[Table], entries: Mapping[str, type[LimitEntry]] = MappingProxyType({})
 ) -> dict[str, Any]:
@@ -178,6 +186,11 @@ def schema_json(
         by_alias=True, ref_template="#/definitions/{model}"
     )
     definitions = schema.pop("$defs")
+    for body in definitions.values():
+        for key in body["properties"].values():
+            default = key.pop("default", None)
+            if default not in (None, [], {}):  # these three are how a key is not stated
+                key["default"] = _stated(default, key)
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         **schema,

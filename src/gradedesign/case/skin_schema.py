@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -46,7 +46,7 @@ class _Thickness(Reader):
         return least, most
 
     def json_schema(self) -> JsonSchema:
-        length = Quantity("length").json_schema()
+        length = Quantity("length", above=0.0).json_schema()
         pair = {"type": "array", "items": length, "minItems": 2, "maxItems": 2}
         return {"anyOf": [length, pair]}
 
@@ -68,7 +68,8 @@ class _ThicknessFormula(Reader):
             raise Refused(str(error)) from None
 
     def json_schema(self) -> JsonSchema:
-        return {"type": "string", "examples": ["0.8 + 0.02 * x"]}
+        example = "0.8 + 0.02 * x"
+        return {"type": "string", "examples": [example], "x-range": "a formula in x, y and z"}
 
 
 class SkinSpec(Table):
@@ -85,7 +86,7 @@ class SkinSpec(Table):
     """Regions that carry the skin; the whole surface without."""
     net: Annotated[bool, Flag()] = False
     """Whether only the struts below the surface are laid onto it, instead of a closed layer."""
-    net_depth: Size | None = None
+    net_depth: Size | None = Field(default=None, examples=["4 mm"])
     """Depth down to which struts are laid onto the surface, mm; one cell without."""
 
     @model_validator(mode="after")
@@ -128,5 +129,7 @@ def _as_tables(value: Any) -> Any:
 
 SkinSpecs: TypeAlias = Annotated[
     tuple[SkinSpec, ...],
-    BeforeValidator(_as_tables, json_schema_input_type=str | SkinSpec | list[SkinSpec]),
+    BeforeValidator(
+        _as_tables, json_schema_input_type=Size | Literal["none"] | SkinSpec | list[SkinSpec]
+    ),
 ]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict
 from pydantic_core import PydanticCustomError
@@ -27,6 +28,14 @@ class Table(BaseModel):
     called: ClassVar[Mapping[str, str]] = {}
     #: How it may be written in one line; empty where the examples of its keys tell.
     example: ClassVar[str] = ""
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: Any, handler: Any) -> dict[str, Any]:
+        """The table with its example."""
+        body: dict[str, Any] = handler.resolve_ref_schema(reference := handler(schema))
+        if cls.example:
+            body["examples"] = [tomllib.loads(f"table = {cls.example}")["table"]]
+        return reference
 
 
 def key_error(key: str, message: str) -> PydanticCustomError:

@@ -8,11 +8,14 @@ Above 300 lines: one list of readers.
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
+from pydantic import WithJsonSchema
 from pydantic_core import core_schema
 
 from gradedesign.case.quantity import number_in, parse_quantity
@@ -40,7 +43,11 @@ class Reader:
         raise NotImplementedError
 
     def json_schema(self) -> JsonSchema:
-        """JSON schema of the text that may be written."""
+        """JSON schema of the text that may be written.
+
+        ``x-dimension`` names the dimension of quantities, ``x-range`` says in words what JSON
+        schema has no word for; editors pass over both, the reference of the keys shows them.
+        """
         raise NotImplementedError
 
     def __get_pydantic_core_schema__(self, _source: Any, _handler: Any) -> Any:
@@ -66,17 +73,13 @@ class Quantity(Reader):
         except CaseError as error:
             raise Refused(str(error)) from None
         wanted = DIMENSIONS[self.dimension]
-        below = f"above {wanted.words(0.0)}" if self.above == 0.0 else ""
-        if self.at_least is not None:
-            below = f"of at least {wanted.words(self.at_least)}"
         small = (self.above is not None and not number > self.above) or (
             self.at_least is not None and number < self.at_least
         )
         large = self.at_most is not None and number > self.at_most
         if small or large:
-            top = "" if self.at_most is None else f"at most {wanted.words(self.at_most)}"
-            span = " and ".join(words for words in (below, top) if words)
-            raise Refused(f"found {shown(value)}; expected {wanted.phrase} {span}")
+            of = "" if self.at_least is None else "of "
+            raise Refused(f"found {shown(value)}; expected {wanted.phrase} {of}{self.span}")
         if number != 0.0 and not wanted.least <= abs(number) <= wanted.most:
             raise Refused(
                 f"found {shown(value)}; expected {wanted.phrase} between {wanted.span} in "
@@ -87,7 +90,20 @@ class Quantity(Reader):
     def json_schema(self) -> JsonSchema:
         """A string; the example shows the unit."""
         wanted = DIMENSIONS[self.dimension]
-        return {"type": "string", "description": wanted.phrase, "examples": [wanted.example]}
+        return {
+            "type": "string",
+            "description": wanted.phrase,
+            "examples": [wanted.example],
+            "x-dimension": self.dimension,
+            "x-range": self.span or "positive or negative",
+        }
+
+    @property
+    def span(self) -> str:
+        """The bounds in words; empty without any."""
+        words = DIMENSIONS[self.dimension].words
+        bounds = (("above", self.above), ("at least", self.at_least), ("at most", self.at_most))
+        return " and ".join(f"{word} {words(end)}" for word, end in bounds if end is not None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,17 +112,19 @@ class Vector(Reader):
 
     dimension: str
     example: str = ""
+    above: float | None = None
 
     def read(self, value: object) -> Triple:
         """Convert ``["0 N", "0 N", "-5 kN"]`` to a tuple."""
-        reader = Quantity(self.dimension)
+        reader = Quantity(self.dimension, above=self.above)
         example = self._meant(value) or self._example()
         x, y, z = (_entry(reader, i, v) for i, v in enumerate(three(value, example)))
         return x, y, z
 
     def json_schema(self) -> JsonSchema:
         """Three strings."""
-        return _array_of_three(Quantity(self.dimension).json_schema())
+        item = Quantity(self.dimension, above=self.above).json_schema()
+        return {**_array_of_three(item), "examples": [json.loads(self._example())]}
 
     def _example(self) -> str:
         return self.example or _along_z(DIMENSIONS[self.dimension].example)
@@ -209,6 +227,7 @@ class Text(Reader):
 
     noun: str = "a name"
     longest: int = 120
+    example: str = ""
 
     def read(self, value: object) -> str:
         """Accept a TOML string of 1 to ``longest`` printable characters."""
@@ -223,7 +242,8 @@ class Text(Reader):
 
     def json_schema(self) -> JsonSchema:
         """A string."""
-        return {"type": "string", "minLength": 1, "maxLength": self.longest}
+        examples = {"examples": [self.example]} if self.example else {}
+        return {"type": "string", "minLength": 1, "maxLength": self.longest, **examples}
 
 
 @dataclass(frozen=True, slots=True)
@@ -252,6 +272,7 @@ class Words(Reader):
     """One text or a list of texts, kept as a tuple."""
 
     noun: str = "a name"
+    example: str = ""
 
     def read(self, value: object) -> tuple[str, ...]:
         """Convert ``"a"`` or ``["a", "b"]``."""
@@ -263,7 +284,7 @@ class Words(Reader):
 
     def json_schema(self) -> JsonSchema:
         """A string or an array of strings."""
-        text = Text(self.noun).json_schema()
+        text = Text(self.noun, example=self.example).json_schema()
         return {"anyOf": [text, {"type": "array", "items": text, "minItems": 1}]}
 
 
@@ -324,8 +345,12 @@ def _array_of_three(item: JsonSchema) -> JsonSchema:
 
 
 Name: TypeAlias = Annotated[str, Text("a name", 80)]
-RegionName: TypeAlias = Annotated[str, Text("the name of a region", 80)]
-RegionNames: TypeAlias = Annotated[tuple[str, ...], Words("the name of a region")]
+RegionName: TypeAlias = Annotated[str, Text("the name of a region", 80, "tip")]
+RegionNames: TypeAlias = Annotated[tuple[str, ...], Words("the name of a region", "tip")]
+#: A path that its table finds from the folder of the case on.
+FilePath: TypeAlias = Annotated[
+    Path, WithJsonSchema({"type": "string", "x-range": "a path below the folder of the case"})
+]
 Size: TypeAlias = Annotated[float, Quantity("length", above=0.0)]
 Distance: TypeAlias = Annotated[float, Quantity("length", at_least=0.0)]
 Point: TypeAlias = Annotated[Triple, Vector("length")]

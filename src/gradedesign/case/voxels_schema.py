@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, ClassVar
+
+from pydantic import Field
 
 from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table
@@ -36,19 +38,21 @@ class _Spacing(Reader):
             raise Refused(f"in {shown(value)}: {error}") from None
 
     def json_schema(self) -> JsonSchema:
-        length = Quantity("length").json_schema()
+        length = {**Quantity("length", above=0.0).json_schema(), "examples": ["0.1 mm"]}
         return {"anyOf": [length, {"type": "array", "items": length, "minItems": 3, "maxItems": 3}]}
 
 
 class VoxelsSpec(Table):
     """Voxels of a scan that are solid, and how far their surface may be smoothed."""
 
-    threshold: Annotated[float | None, Number()] = None
+    example: ClassVar[str] = '{threshold = 1200.0, spacing = "0.1 mm"}'
+
+    threshold: Annotated[float | None, Number()] = Field(default=None, examples=[1200.0])
     """Voxels above it are solid; of true and false, true without it."""
     below: Annotated[bool, Flag()] = False
     """Whether voxels below the threshold are solid instead."""
     spacing: Annotated[Triple | None, _Spacing()] = None
     """Edges of a voxel, mm; may be left out where the file has them."""
-    tolerance: Size | None = None
+    tolerance: Size | None = Field(default=None, examples=["0.05 mm"])
     """How far smoothing may move the surface of the voxels, mm; half of their shortest edge by
     default."""

@@ -21,7 +21,7 @@ class ZoneSpec(PlaceSpec):
 
     region: RegionName | None = None
     """All within ``within`` of the faces of this region."""
-    within: Size | None = None
+    within: Size | None = Field(default=None, examples=["6 mm"])
     """Distance from the region, mm."""
     formula: Annotated[str | None, FormulaText()] = Field(default=None, examples=["x - 20"])
     """All places where this is below 0: in x, y, z and the depth d, in mm."""
@@ -29,7 +29,7 @@ class ZoneSpec(PlaceSpec):
     """Name of a cell family; that of ``[lattice]`` without it."""
     parameters: Annotated[dict[str, float] | None, Parameters()] = None
     """Parameters of the cell family; those of ``[lattice]`` where the cell is the same."""
-    law: Law | None = None
+    law: Law | None = Field(default=None, examples=["gibson-ashby"])
     """A scaling law as in ``[lattice]``; without it that of ``[lattice]``, or ``auto`` where the
     cell differs."""
     density: Annotated[tuple[float, float] | None, DensityRange()] = None
