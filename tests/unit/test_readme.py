@@ -30,7 +30,8 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 def test_every_command_and_option_of_the_table_exists():
     rows = re.findall(r"^\| `gradedesign (\w+)([^`]*)`", README, flags=re.MULTILINE)
-    commands = get_command(app).commands
+    group = get_command(app)
+    commands = {name: group.get_command(None, name) for name in group.list_commands(None)}
     assert {name for name, _ in rows} == set(commands)
     for name, rest in rows:
         options = {word for p in commands[name].params for word in p.opts}
