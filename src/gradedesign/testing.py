@@ -33,7 +33,9 @@ log = logging.getLogger(__name__)
 #: Proper and mirror operations whose invariance each declared symmetry needs of the power
 #: spectrum; rows of signed permutation matrices.
 _SWAP_XY = ((0, 1, 0), (1, 0, 0), (0, 0, 1))
+#: x to y to z to x: the rotation by a third about the diagonal.
 _CYCLE = ((0, 1, 0), (0, 0, 1), (1, 0, 0))
+#: Across x = 0 and y = 0; the spectrum is symmetric about its centre, so that these imply z = 0.
 _MIRRORS = (((-1, 0, 0), (0, 1, 0), (0, 0, 1)), ((1, 0, 0), (0, -1, 0), (0, 0, 1)))
 _OPERATIONS = {
     "none": (),

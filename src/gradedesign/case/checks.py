@@ -19,6 +19,8 @@ from gradedesign.case.value_types import Triple
 from gradedesign.case.wall_checks import feather_problems, grid_problems, wall_problems
 
 _ANY = "*"
+#: A part needs a few dozen regions; many more are made by a script and would make every command
+#: slow. Chosen, not measured.
 _MOST_REGIONS = 300
 _USES_OF_REGIONS: tuple[Key, ...] = (
     ("keep", _ANY, "region"),

@@ -27,6 +27,7 @@ from gradedesign.errors import CaseError
 
 #: Limits that no sensible formula meets: longer ones are mistakes or attacks.
 LONGEST = 1000
+#: Brackets in brackets: far below Python's own limit on recursion. Chosen, not measured.
 DEEPEST = 40
 
 #: Variables of a formula of the part, mm.

@@ -17,6 +17,7 @@ from gradedesign.case.table import Table
 from gradedesign.case.toml_lines import Key, line_of
 from gradedesign.errors import CaseError
 
+#: Problems that fit on one screen; the others often follow from these. Chosen, not measured.
 _MOST_LISTED = 40
 #: Tables in tables whose keys are looked for.
 _DEEPEST = 3

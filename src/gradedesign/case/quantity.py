@@ -12,6 +12,8 @@ from gradedesign.case.suggest import listed, nearest, shown
 from gradedesign.case.units import DIMENSIONS, SPOKEN_UNITS, Dimension
 from gradedesign.errors import CaseError
 
+#: Characters of a quantity, far more than number and unit take: longer texts are not searched.
+#: Chosen, not measured.
 _LONGEST = 80
 #: Signs and blanks that word processors put in place of those of the keyboard.
 _TYPED = str.maketrans(

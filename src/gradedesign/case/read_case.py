@@ -47,6 +47,7 @@ log = logging.getLogger(__name__)
 
 Layout = TypeVar("Layout", bound=Table)
 
+#: Bytes of a case file, which has a few kB: a larger file is some other one. Chosen, not measured.
 _LARGEST = 1_000_000
 _FILE_NAME = "case.toml"
 _PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")

@@ -7,7 +7,9 @@ import json
 import re
 from collections.abc import Iterable, Mapping
 
+#: Names in one message, some three lines. Chosen, not measured.
 _MOST_WORDS = 24
+#: A wrong value is recognised by its beginning; a message stays on one line. Chosen, not measured.
 _MOST_CHARACTERS = 60
 #: Words that a question offers, letters from which a beginning tells anything, and characters of a
 #: text that are compared.

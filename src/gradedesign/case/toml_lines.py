@@ -17,7 +17,11 @@ from gradedesign.errors import CaseError
 
 Key: TypeAlias = tuple[str | int, ...]
 
+#: Parts of a key, far more than the schema nests: bounds the work on damaged files. Chosen, not
+#: measured.
 _DEEPEST = 24
+#: Keys and list entries, far more than a case needs: bounds the work on damaged files. Chosen, not
+#: measured.
 _MOST_ENTRIES = 5000
 _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
 _SPACE = re.compile(r"[ \t]*")

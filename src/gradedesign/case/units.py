@@ -115,6 +115,7 @@ _DENSITY = {
     "g/mm^3": 1e-6,
     "lb/in^3": _POUND / _INCH**3,
 }
+#: Factors to 1/K; a degree Celsius and a kelvin are the same difference.
 _EXPANSION = {
     "1/K": 1.0,
     "um/m/K": 1e-6,
@@ -138,6 +139,7 @@ _MOMENT = {
 }
 _WORK = {"N*mm": 1.0, "mJ": 1.0, "J": 1e3, "kJ": 1e6, **_MOMENT}
 _MASS = {"kg": 1e-3, "t": 1.0, "lb": _POUND}
+#: Bytes: decimal prefixes as SI has them, binary ones as IEC 80000-13.
 _MEMORY = {
     "GB": 1e9,
     "B": 1.0,

@@ -22,10 +22,12 @@ log = logging.getLogger(__name__)
 #: Below this density, and this close to full, no sampled level is trusted.
 LEAST_DENSITY = 0.01
 
+#: Densities of the table of levels, one every 0.00025: linear between them. Chosen, not measured.
 _TABLE = 4001
 
 #: Nodes along one period on the coarse and the fine grid of the percolation.
 _NODES = (32, 64)
+#: The same where a period is several cells, which more nodes have to resolve. Chosen, not measured.
 _NODES_OF_LONG_PERIODS = (48, 96)
 
 

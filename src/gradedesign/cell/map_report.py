@@ -12,6 +12,8 @@ from gradedesign.cell.cell_map import CellMap, require_regular
 from gradedesign.cell.shape import spread_points
 from gradedesign.errors import LatticeError
 
+#: Points that are measured at a time. Bounds the memory of one step; the result does not depend on
+#: it. Chosen, not measured.
 _CHUNK = 1 << 16
 
 

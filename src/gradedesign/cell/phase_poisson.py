@@ -13,6 +13,7 @@ from gradedesign.errors import SolverError
 
 #: Of the loads, in the norm of the preconditioner; phases are then right to about 1e-4 of a cell.
 RTOL = 1e-5
+#: Iterations after which a solve is given up. Chosen, not measured.
 _ITERATIONS = 500
 
 

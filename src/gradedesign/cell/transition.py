@@ -43,6 +43,7 @@ Scale = Literal["rank", "distance"]
 
 #: Weights for which the blend is tabulated, and densities of each table.
 _WEIGHTS, _TABLE = 17, 1001
+#: Points of a period, whose values in order give the level of every density. Chosen, not measured.
 _SAMPLES = 48**3
 
 

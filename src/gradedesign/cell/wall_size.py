@@ -38,14 +38,19 @@ KIND = "cell-walls"
 #: Share of the middle surface of a sheet that may be thinner than the size returned.
 THIN_SHARE = 0.01
 
+#: Densities at which the wall is measured; a monotone cubic runs through them. Chosen, not
+#: measured.
 _STEPS = 13
 #: Nodes along the edge of the cube in which surfaces are found.
 _GRID = 48
+#: The same where a period is several cells. Chosen, not measured.
 _GRID_OF_LONG_PERIODS = 96
 
 #: Edge of the cube about the neck of a cell of long period, cells; the strut is followed for one
 #: cell to both sides.
 _NEAR = 3
+#: Points of the middle surface at which a sheet's thickness is measured, of which 15 make up
+#: `THIN_SHARE`. Chosen, not measured.
 _MIDDLE_POINTS = 1500
 
 #: A point this near to a surface, in cell units, or to a valley, by its rise, lies on it.

@@ -13,6 +13,7 @@ from gradedesign.errors import Interrupted
 
 __all__ = ["main"]
 
+#: Exit code of shells for a command that ended by SIGINT: 128 + 2.
 INTERRUPTED = 130
 #: How an interrupted command goes on.
 RESUMABLE = {"run": "go on with the same command and --resume"}

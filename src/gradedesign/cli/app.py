@@ -110,6 +110,7 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
+#: Exit code of an error of the program itself: EX_SOFTWARE of sysexits.h.
 INTERNAL = 70
 
 CasePath = Annotated[Path, typer.Argument(help="The case file, or its folder.")]

@@ -23,6 +23,7 @@ from gradedesign.workspace.atomic import is_folder, write_text
 from gradedesign.workspace.progress import Listener, counted, ignore
 from gradedesign.workspace.scratch import scratch_folder
 
+#: Exit code where a case misses an expected value: no class of error has it.
 DEVIATES = 1
 
 #: ``["iterations.-1.limits.0.discrepancy"]`` or ``[status]``, and ``value = 1.5  # comment``.

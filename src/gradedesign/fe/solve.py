@@ -35,6 +35,7 @@ STALLED = 10.0
 TIGHTER, TIGHTENINGS = 1e-2, 2
 #: Peak bytes per unknown by order, from benchmarks/bench_fe.py, with the mesh; plus a base.
 BYTES_PER_UNKNOWN = {1: 2800, 2: 1750}
+#: The base: what a process takes however small its mesh is, from the same runs.
 BASE_BYTES = 250_000_000
 
 

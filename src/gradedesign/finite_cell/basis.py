@@ -12,6 +12,7 @@ from gradedesign.arrays import FloatArray
 
 #: Gauss points along an edge: of whole elements, and of cut ones, whose weights are fitted.
 WHOLE_POINTS = 3
+#: All 125 moments up to degree 4 per axis are fitted at 5 x 5 x 5 points.
 CUT_POINTS = 5
 
 

@@ -26,6 +26,7 @@ from gradedesign.homogenise.operator import (
 #: Along each axis 1 where the displacement repeats in the next cell, -1 where it is reversed.
 Signs = tuple[int, int, int]
 
+#: The displacement of the cell itself, which homogenisation solves.
 REPEATED: Signs = (1, 1, 1)
 #: All that repeat after two cells.
 ALL_SIGNS: tuple[Signs, ...] = tuple((x, y, z) for x, y, z in itertools.product((1, -1), repeat=3))

@@ -31,6 +31,7 @@ log = logging.getLogger(__name__)
 
 #: Voxels along the cell that are tried in turn until the wall has enough of them.
 BUCKLING_RESOLUTIONS = (32, 40, 48, 56, 64)
+#: Any fixed number, so that a table can be computed again.
 _SEED = 20261122
 #: Largest share that the extrapolation may change. At the sharp inner corners that voxels have
 #: where round struts meet, the local stress grows with refinement without end, and with it a mode

@@ -24,17 +24,23 @@ from gradedesign.material.strength_surface import StrengthSurface, symmetric_pow
 
 #: Directions of the fit besides the named ones and hydrostatic, and unseen ones of the check.
 FIT_DIRECTIONS = 300
+#: Enough unseen ones to find the largest error. Chosen, not measured.
 TEST_DIRECTIONS = 200
 #: Points of the cell whose forms are offered to the fit, and the share half are drawn from.
 CANDIDATES = 160
+#: The most stressed tenth decides the high percentiles that limits judge. Chosen, not measured.
 STRESSED_SHARE = 0.1
+#: Exponents that are tried: the larger, the nearer the surface is to the largest of its forms.
+#: Chosen, not measured.
 EXPONENTS = (4, 6, 8, 12)
 #: Points of the cell over which percentiles are taken.
 POINTS = 40_000
+#: Folds of the cross-validation that chooses the exponent. Chosen, not measured.
 _FOLDS = 3
 #: Percentages by volume at which the distribution of local stress is kept, and directions over
 #: which it is averaged. It differs between directions by a fifth at 50 %, a twentieth at 98 %.
 DISTRIBUTION = (10.0, 25.0, 50.0, 70.0, 80.0, 90.0, 95.0, 98.0, 99.0, 99.5, 99.8, 99.95)
+#: Enough for a mean over directions that differ by a fifth at most. Chosen, not measured.
 DISTRIBUTION_DIRECTIONS = 60
 
 _MISES = np.array(

@@ -30,6 +30,7 @@ log = logging.getLogger(__name__)
 _MOST_ITERATIONS = 1000
 #: Voigt order.
 PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+#: Cells that this permutation of the axes leaves unchanged need fewer solutions.
 _CYCLE = (1, 2, 0)
 
 

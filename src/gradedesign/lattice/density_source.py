@@ -23,6 +23,8 @@ MOST_NODES = 64_000_000
 _BYTES_PER_NODE = 100
 #: Nodes this many spacings outside the part still share in the density inside.
 _REACH = 2.0
+#: Points that are evaluated at a time. Bounds the memory of one step; the result does not depend on
+#: it. Chosen, not measured.
 _BATCH = 1 << 20
 
 

@@ -17,6 +17,8 @@ from gradedesign.workspace.progress import report_step
 POINTS = 200_000
 #: Points of every tetrahedron at which its share of joints is counted.
 INTERIOR_POINTS = 20
+#: Points that are evaluated at a time. Bounds the memory of one step; the result does not depend on
+#: it. Chosen, not measured.
 _BATCH = 1 << 18
 
 

@@ -13,6 +13,8 @@ from gradedesign.errors import LatticeError
 _PER_CELL = 24
 #: How often the distance of these depths is halved about the best one.
 _HALVINGS = 3
+#: Points that are evaluated at a time. Bounds the memory of one step; the result does not depend on
+#: it. Chosen, not measured.
 _BATCH = 1 << 16
 
 

@@ -21,6 +21,8 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh
 POINTS_PER_SLAB = 100_000
 #: Points of the part's box where all slabs share them.
 POINTS_IN_BOX = 1_000_000
+#: Points that are evaluated at a time. Bounds the memory of one step; the result does not depend on
+#: it. Chosen, not measured.
 _BATCH = 1 << 18
 
 

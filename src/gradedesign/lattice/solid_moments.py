@@ -22,6 +22,8 @@ from gradedesign.mesh.tet_mesh import TetMesh
 
 #: Pieces of every edge of a tetrahedron between which distances to the solid are linear.
 DIVISIONS = 4
+#: Tetrahedra that are evaluated at a time. Bounds the memory of one step; the result does not
+#: depend on it. Chosen, not measured.
 _BATCH = 4096
 #: Shares this near 0 and 1 are none and all.
 _ROUNDING = 1e-9

@@ -9,6 +9,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.material.buckling_table import BucklingTable
 
+#: Bisections of a density, down to the rounding of a double: 2^-50 of the window.
 _BISECTIONS = 50
 #: Utilisations below this count as none.
 _NO_UTILISATION = 1e-30

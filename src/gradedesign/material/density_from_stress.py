@@ -10,6 +10,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.errors import DensityError
 from gradedesign.material.scaling_law import ScalingLaw, check_density_window
 
+#: Densities of the table that is inverted, 1/4000 of the window apart. Chosen, not measured.
 _TABLE = 4001
 
 

@@ -14,6 +14,7 @@ from gradedesign.material.strength_surface import StrengthSurface
 
 #: Densities between which the least sufficient one is bracketed before it is found by bisection.
 _SCAN = 129
+#: Bisections of a density, to 2^-40 of an interval of the scan: far finer than sizing needs.
 _BISECTIONS = 40
 #: Points whose curves are held at once.
 _BATCH = 20_000

@@ -13,6 +13,7 @@ from gradedesign.material.property_table import PropertyTable
 _NOTHING = 1e-3
 
 _Entries = tuple[tuple[int, int], ...]
+#: Entries of the matrix in Voigt order that cubic symmetry makes equal.
 _CUBIC: Mapping[str, _Entries] = {
     "C11": ((0, 0), (1, 1), (2, 2)),
     "C12": ((0, 1), (0, 2), (1, 2)),

@@ -16,6 +16,8 @@ from gradedesign.output.stl import VOLUME_TOLERANCE, float32_vertices
 from gradedesign.workspace.progress import report_step
 
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", (3,))])  # 13 bytes
+#: Triangles that are written at a time. Bounds the memory of one step; the result does not depend
+#: on it. Chosen, not measured.
 _BATCH = 1 << 15
 
 

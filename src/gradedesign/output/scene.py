@@ -12,6 +12,7 @@ from gradedesign.mesh._surface_mesh_kernels import corners_of_box
 
 #: From the part to the viewer, whichever way a scene is drawn, and pixels of a picture.
 VIEW = np.array([1.0, -1.35, 0.85])
+#: Pixels of a picture. Chosen, not measured.
 SIZE = (1200, 900)
 #: Pixels of a letter of the legend, of a row of it, and to it from the right and the upper edge.
 LEGEND_LETTER, LEGEND_ROW, LEGEND_RIGHT, LEGEND_TOP = 12, 30, 30, 14

@@ -28,6 +28,8 @@ VOLUME_TOLERANCE = 1e-3
 _RECORD = np.dtype(
     [("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
 )  # 50 bytes, as the format wants
+#: Triangles that are written at a time. Bounds the memory of one step; the result does not depend
+#: on it. Chosen, not measured.
 _BATCH = 1 << 15
 
 

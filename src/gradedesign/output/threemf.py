@@ -35,7 +35,10 @@ METADATA = "urn:gradedesign:metadata"
 #: Beams shorter than this are ignored by readers, mm; there are none.
 SHORTEST = 1e-4
 
+#: First date that a ZIP entry can have: equal lattices give equal files.
 _DATE = (1980, 1, 1, 0, 0, 0)
+#: Rows of a table that become text at a time. Bounds the memory of one step; the result does not
+#: depend on it. Chosen, not measured.
 _BATCH = 1 << 15
 _TYPES = (
     '<?xml version="1.0" encoding="UTF-8"?>\n'

@@ -11,7 +11,9 @@ from gradedesign.errors import PartError
 _MAGIC, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"
 #: Bytes of a number, and numbers in an item, by the codes of glTF 2.0 (3.6.2.2).
 _BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
+#: glTF 2.0, table in 3.6.2.2: numbers in an item of each type.
 _NUMBERS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+#: Modes of a primitive in glTF 2.0 (5.24.4).
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _KEPT = ("asset", "scene", "scenes", "nodes", "meshes", "accessors", "bufferViews", "materials")
 #: An assembly that repeats its bodies may grow to no more triangles.

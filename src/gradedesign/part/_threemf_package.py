@@ -19,6 +19,7 @@ from gradedesign.errors import PartError
 MOST_BYTES, MOST_GROWTH, MOST_ENTRIES = 1 << 30, 100, 1000
 #: The growth of parts below this size is not checked, bytes.
 _SMALL = 1 << 20
+#: Bytes that are unpacked between two looks at the limits. Chosen, not measured.
 _CHUNK = 1 << 20
 #: Elements within each other: the formats nest a dozen, and each open one takes memory.
 _DEEPEST = 100

@@ -30,6 +30,7 @@ from gradedesign.part._facet_sheet import FacetSheet, connected_facets, from_see
 #: so many times their median distance from it, which of corners anywhere between chord and circle
 #: is a quarter of the chord error.
 _ON_WALL = 3e-4
+#: Four would be the whole chord error. Chosen, not measured.
 _SCATTER = 3.0
 #: A facet spans no more than this around the axis: holes of 12 facets are the coarsest.
 _WIDEST = np.radians(31.0)

@@ -18,8 +18,10 @@ from gradedesign.errors import CaseError, ResourceError
 _MAGIC = b"\x93NUMPY"
 #: By major version of the format: how the length of the header is stored, and its text.
 _VERSIONS = {1: ("<H", "latin-1"), 2: ("<I", "latin-1"), 3: ("<I", "utf-8")}
+#: Bytes of a header; numpy itself refuses longer ones unless told otherwise.
 _LONGEST_HEADER = 10_000
 _NUMBERS = re.compile(r"[<>|=]?[fiub][0-9]{1,2}")
+#: The most axes that numpy 1 allows.
 _MOST_AXES = 32
 #: More than any file can hold.
 _MOST_VALUES = 1 << 63

@@ -23,6 +23,7 @@ _FACET_ANGLE = 40.0
 #: A mesh may lie this far from the surface: the smaller of a share of the part's diagonal and a
 #: share of the mesh size.
 EPSILON_OF_DIAGONAL, EPSILON_OF_SIZE = 1e-3, 1 / 20
+#: Share of the part's volume by which its mesh may miss it. Chosen, not measured.
 VOLUME_TOLERANCE = 0.01
 #: Corners of region triangles closer than this share of the region's extent are one corner.
 WELD = 1e-9

@@ -14,6 +14,7 @@ from gradedesign.part.raw_triangles import LARGEST_COORDINATE, RawTriangles, raw
 
 log = logging.getLogger(__name__)
 
+#: Bytes before the first triangle: 80 of text and the count.
 _HEADER = 84
 _RECORD = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 #: Some exporters append a few bytes; more than this is not an afterthought.

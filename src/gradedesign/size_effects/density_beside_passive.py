@@ -16,6 +16,7 @@ from gradedesign.sizing.effective_density import EffectiveDensity
 
 #: Samples along a cell, and how many samples in all are worth the wait.
 PER_CELL = 12
+#: More would take too long beside what they change. Chosen, not measured.
 MOST_SAMPLES = 40_000_000
 #: Densities at which cells are counted.
 DENSITIES = 7
@@ -26,6 +27,8 @@ LEAST_SHARE = 0.1
 _NO_LATTICE = 1e-3
 #: Densities about a single one.
 _AROUND = np.array([0.98, 1.02])
+#: Samples that are evaluated at a time. Bounds the memory of one step; the result does not depend
+#: on it. Chosen, not measured.
 _BATCH = 1_000_000
 
 

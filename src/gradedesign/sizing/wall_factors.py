@@ -26,6 +26,7 @@ EXPONENTS = (8, 16, 32)
 MOST = 0.95
 
 _VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
+#: Heights over half a wall at which the profile is integrated. Chosen, not measured.
 _HEIGHTS = 2001
 
 

@@ -23,6 +23,8 @@ _BOX = 0.0125
 RAYS = 50_000
 #: Facets lower than this share of the height lie on the plate.
 _ON_PLATE = 1e-6
+#: Directions that are evaluated at a time. Bounds the memory of one step; the result does not
+#: depend on it. Chosen, not measured.
 _BATCH = 256
 
 

@@ -31,6 +31,7 @@ _TOUCH = 1.4
 _LEAST_VOXELS = 8
 #: Percentiles of the volume by the throats that lead to it, %, and how often each is halved.
 _PERCENTILES = (5.0, 50.0)
+#: Widths are found to 2^-7 of the widest throat. Chosen, not measured.
 _HALVINGS = 7
 #: Trapped voids that are described, from the largest.
 _LISTED = 10

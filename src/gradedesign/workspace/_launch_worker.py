@@ -15,6 +15,7 @@ import signal
 import sys
 import time
 
+#: Linux, prctl(2): the signal that a process gets when its parent ends.
 _PR_SET_PDEATHSIG = 1
 #: Seconds between two looks at the worker and the parent.
 _SHORTEST, _LONGEST = 0.001, 0.02

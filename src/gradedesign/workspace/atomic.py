@@ -34,6 +34,7 @@ _CASE_ERRNOS = frozenset(
         errno.ELOOP,
     }
 )
+#: First date that a ZIP entry can have: equal arrays give equal files.
 _FIRST_ZIP_DATE = (1980, 1, 1, 0, 0, 0)
 
 

@@ -12,6 +12,7 @@ from gradedesign.errors import CaseError
 from gradedesign.workspace.atomic import write_text
 
 MANIFEST_NAME = "run.json"
+#: Raised when the content of the manifest changes: runs of other versions are refused.
 _SCHEMA = 1
 
 

@@ -39,6 +39,7 @@ from gradedesign.workspace.sealed import read_sealed, write_sealed
 log = logging.getLogger(__name__)
 
 STAGES = "stages"
+#: Raised when the content of stored stages changes: those of other versions are computed anew.
 _SCHEMA = 1
 _STAGE_NAME = re.compile(r"[a-z0-9][a-z0-9._-]*")
 

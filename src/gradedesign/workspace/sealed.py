@@ -16,8 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 from gradedesign.workspace.atomic import read_npz, replacing, write_arrays
 
 _SEAL = b"gradedesign sha256 "
+#: Hexadecimal digits of SHA-256.
 _DIGEST = 64
 _HEADER = "header.json"
+#: Bytes that are hashed at a time: a file is never in memory as a whole. Chosen, not measured.
 _BLOCK = 1 << 20
 
 

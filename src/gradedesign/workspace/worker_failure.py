@@ -28,7 +28,9 @@ _OUT_OF_MEMORY = (
     "Memory allocation still failed",  # OpenBLAS, as numpy is imported
     "RuntimeError: Resource temporarily unavailable",  # a thread of the mesher
 )
+#: The end of what a worker said, a screen of it. Chosen, not measured.
 _LAST_BYTES = 4096
+#: Lines that a message quotes: the error and what led to it. Chosen, not measured.
 _LAST_LINES = 5
 
 

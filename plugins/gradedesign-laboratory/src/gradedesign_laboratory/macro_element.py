@@ -19,6 +19,7 @@ import numpy as np
 from gradedesign import SolverError
 from gradedesign.fields import FloatArray
 
+#: Components of strain in Voigt order, by dimension.
 _PAIRS = {2: ((0, 0), (1, 1), (0, 1)), 3: ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))}
 
 
