@@ -61,7 +61,7 @@ from gradedesign.verify.yielding import yielding_words
 from gradedesign.workspace.progress import Listener, ignore
 from gradedesign.workspace.run_folder import RunFolder
 
-#: Utilisation that sizing aims at when no explicit analysis follows it.
+#: Utilisation that sizing aims at when no explicit analysis follows it. Chosen, not measured.
 FULL_UTILISATION = 0.998
 
 

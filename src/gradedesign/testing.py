@@ -52,7 +52,7 @@ _SHARES = (0.01, 0.03)
 #: for struts whose level is a density, which rises smoothly from their axes.
 _STEEP = 0.5
 #: Millions of values that the kit evaluates: for densities and levels, and for walls of sheets and
-#: of networks. Walls of a true distance need none.
+#: of networks. Walls of a true distance need none. Chosen, not measured.
 _FOR_DENSITIES, _FOR_SHEETS, _FOR_NETWORKS = 3.0, 6.0, 3.0
 
 

@@ -25,7 +25,7 @@ from gradedesign.case.suggest import instead, shown
 from gradedesign.case.units import DIMENSIONS
 from gradedesign.errors import CaseError
 
-#: Limits that no sensible formula meets: longer ones are mistakes or attacks.
+#: Limits that no sensible formula meets: longer ones are mistakes or attacks. Chosen, not measured.
 LONGEST = 1000
 #: Brackets in brackets: far below Python's own limit on recursion. Chosen, not measured.
 DEEPEST = 40

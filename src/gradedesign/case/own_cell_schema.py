@@ -18,7 +18,8 @@ from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import FilePath, Name, Refused
 
-#: Depth of lists in lists, and entries of one option in all.
+#: Depth of lists in lists, and entries of one option in all. A table of struts or formulas needs
+#: two levels and some thousand numbers; more is a mistake. Chosen, not measured.
 _DEEPEST, _MOST = 4, 100_000
 
 

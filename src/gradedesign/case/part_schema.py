@@ -32,7 +32,7 @@ OWN_REPAIRS = ("safe", "auto", REBUILD)
 #: Bodies of a file: one alone, those that touch united, or any number.
 BODIES = ("one", "join", "all")
 UNITS = ("mm", "cm", "m", "inch", "um", "micron")
-#: Edges of a box shorter than this are no part, mm.
+#: Edges of a box shorter than this are no part, mm. A micrometre, below the detail of any printer.
 _LEAST_EDGE = 1e-3
 
 

@@ -36,7 +36,8 @@ FRAMES = {
 #: Pairs of an inclination in degrees and an offset in mm, by rising inclination.
 Offsets: TypeAlias = tuple[tuple[float, float], ...]
 _EXAMPLE = '[["0 deg", "0.2 mm"], ["45 deg", "0.05 mm"], ["90 deg", "0 mm"]]'
-#: Most pairs of a table, and the largest growth or shrinkage of any process, mm.
+#: Most pairs of a table, and the largest growth or shrinkage of any process, mm. Chosen, not
+#: measured.
 _MOST_PAIRS, _MOST_OFFSET = 100, 10.0
 _INCLINATION = Quantity("angle", at_least=0.0, at_most=180.0)
 _GROWTH = Quantity("length", at_least=-_MOST_OFFSET, at_most=_MOST_OFFSET)

@@ -19,7 +19,7 @@ from gradedesign.errors import CaseError
 
 #: Problems that fit on one screen; the others often follow from these. Chosen, not measured.
 _MOST_LISTED = 40
-#: Tables in tables whose keys are looked for.
+#: Tables in tables whose keys are looked for. Chosen, not measured.
 _DEEPEST = 3
 
 

@@ -20,9 +20,9 @@ _BARE = re.compile(
     r"|(?!true|false|inf|nan)[A-Za-z][^,#=\[\]{}\"]*"
 )
 _QUOTES = "\"'"
-#: Rows of a list, at most: one that a person typed.
+#: Rows of a list, at most: one that a person typed. Chosen, not measured.
 _MOST_ROWS = 60
-#: Longest line that is looked at, characters: one that a person typed.
+#: Longest line that is looked at, characters: one that a person typed. Chosen, not measured.
 _LONGEST = 400
 
 

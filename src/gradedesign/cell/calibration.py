@@ -19,13 +19,13 @@ from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
 
-#: Below this density, and this close to full, no sampled level is trusted.
+#: Below this density, and this close to full, no sampled level is trusted. Chosen, not measured.
 LEAST_DENSITY = 0.01
 
 #: Densities of the table of levels, one every 0.00025: linear between them. Chosen, not measured.
 _TABLE = 4001
 
-#: Nodes along one period on the coarse and the fine grid of the percolation.
+#: Nodes along one period on the coarse and the fine grid of the percolation. Chosen, not measured.
 _NODES = (32, 64)
 #: The same where a period is several cells, which more nodes have to resolve. Chosen, not measured.
 _NODES_OF_LONG_PERIODS = (48, 96)

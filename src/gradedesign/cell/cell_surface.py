@@ -26,9 +26,9 @@ from gradedesign.cell.shape import evaluate_shape
 from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 
 KIND = "cell-surfaces"
-#: Samples along an edge of a cell, and at most along a period.
+#: Samples along an edge of a cell, and at most along a period. Chosen, not measured.
 SAMPLES, MOST_SAMPLES = 96, 160
-#: Densities of the table.
+#: Densities of the table. Chosen, not measured.
 _STEPS = 25
 #: Projected area along three axes over the area of a surface whose normals point everywhere alike.
 PROJECTED = 1.5

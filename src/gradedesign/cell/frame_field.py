@@ -15,7 +15,8 @@ from gradedesign.errors import CaseError, ResourceError
 STEPS_PER_LENGTH, MOST_ELEMENTS = 2.0, 1_000_000
 #: Coarser grids first, by their step over that of the last, and passes on each.
 LEVELS = ((4, 80), (2, 80), (1, 120))
-#: A tensor this large, by percentile, counts fully; smaller ones in proportion.
+#: A tensor this large, by percentile, counts fully; smaller ones in proportion. So that peaks at
+#: supports do not decide what counts. Chosen, not measured.
 FULL_PERCENTILE = 95.0
 #: All frames begin as one: turned a little, rad, to leave unstable balance, then over this many
 #: passes to where the mean shear is least, by at most so much in a pass.

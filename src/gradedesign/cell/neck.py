@@ -14,9 +14,10 @@ from gradedesign.cell.cell import Cell
 from gradedesign.cell.transition import CellTransition, Scale, cell_transition
 from gradedesign.errors import LatticeError
 
-#: Pieces below this share of the solid are fragments that the grid makes.
+#: Pieces below this share of the solid are fragments that the grid makes. Chosen, not measured.
 FRAGMENT_SHARE = 1e-3
-#: Least area of solid across a transition, over its density, that is no bottleneck.
+#: Least area of solid across a transition, over its density, that is no bottleneck. Chosen, not
+#: measured.
 LEAST_AREA = 0.15
 _SHIFTS = (
     (0.0, 0.0, 0.0),

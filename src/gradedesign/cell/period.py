@@ -10,7 +10,7 @@ from gradedesign.cell.family import CellFamily
 from gradedesign.cell.shape import evaluate_shape, spread_points
 from gradedesign.errors import PluginError
 
-#: Points that are compared with their copies.
+#: Points that are compared with their copies. Chosen, not measured.
 _POINTS = 300
 
 #: Largest difference between copies, by the range of the values: rounding.

@@ -22,7 +22,7 @@ log = logging.getLogger(__name__)
 
 #: Largest grid, nodes: 3 GB and minutes.
 MOST_NODES = 8_000_000
-#: Least number of grid steps in the smallest cell.
+#: Least number of grid steps in the smallest cell. A wave needs two samples a period at least.
 LEAST_STEPS = 2.0
 
 #: Nodes added at each end before the spline filter, which errs there by 0.27 a node.

@@ -12,6 +12,7 @@ from gradedesign.cell._phase_kernels import apply_stiffness
 from gradedesign.errors import SolverError
 
 #: Of the loads, in the norm of the preconditioner; phases are then right to about 1e-4 of a cell.
+#: Chosen, not measured.
 RTOL = 1e-5
 #: Iterations after which a solve is given up. Chosen, not measured.
 _ITERATIONS = 500

@@ -13,7 +13,7 @@ from gradedesign.cell._phase_kernels import centre_gradients, divergence, neares
 #: right-angled frame, rad. Met as far as least squares go, 95 % of volume then lie within 5 % and
 #: 3 degrees.
 SIZE_TOLERANCE, ANGLE_TOLERANCE = 0.02, np.radians(0.9)
-#: Passes, and by how much each oversteps the way to the tolerances.
+#: Passes, and by how much each oversteps the way to the tolerances. Chosen, not measured.
 PASSES, OVERSTEP = 60, 1.8
 #: Sizes that most of a map misses by more than this no continuous map follows: there, tolerances
 #: only trade shear for size.

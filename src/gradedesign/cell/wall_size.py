@@ -35,7 +35,8 @@ from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 
 KIND = "cell-walls"
 
-#: Share of the middle surface of a sheet that may be thinner than the size returned.
+#: Share of the middle surface of a sheet that may be thinner than the size returned. Chosen, not
+#: measured.
 THIN_SHARE = 0.01
 
 #: Densities at which the wall is measured; a monotone cubic runs through them. Chosen, not
@@ -47,7 +48,7 @@ _GRID = 48
 _GRID_OF_LONG_PERIODS = 96
 
 #: Edge of the cube about the neck of a cell of long period, cells; the strut is followed for one
-#: cell to both sides.
+#: cell to both sides. Chosen, not measured.
 _NEAR = 3
 #: Points of the middle surface at which a sheet's thickness is measured, of which 15 make up
 #: `THIN_SHARE`. Chosen, not measured.

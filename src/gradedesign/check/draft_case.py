@@ -26,7 +26,7 @@ from gradedesign.part.round_shapes import RoundShapes, round_shapes
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.part_readers import part_readers
 
-#: Regions of each kind (named faces, holes) that are proposed.
+#: Regions of each kind (named faces, holes) that are proposed. Chosen, not measured.
 MOST_REGIONS = 12
 #: First word of the name of a region of hollow shapes.
 _HOLLOW = {
@@ -38,7 +38,7 @@ _HOLLOW = {
 }
 #: What a wall all around spans, at least where facets of 12 around are missing.
 _WHOLE = "360 deg"
-#: Letters of a region's name that a name in the file gives.
+#: Letters of a region's name that a name in the file gives. Chosen, not measured.
 _LETTERS = 60
 #: Share of a size below which a coordinate is rounding noise.
 _NOISE = 1e-6

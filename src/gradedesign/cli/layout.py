@@ -10,12 +10,12 @@ from collections.abc import Sequence
 
 #: Columns where there is no terminal, and COLUMNS does not say otherwise.
 WIDTH = 80
-#: Columns that are used at least, and at most: longer lines are hard to read.
+#: Columns that are used at least, and at most: longer lines are hard to read. Chosen, not measured.
 NARROWEST, WIDEST = 40, 120
 #: A number with its unit, between which no line ends.
 _UNIT = re.compile(r"\d (?=(mm|N|MPa|GPa|g|s|%|GB)\b|%)")
 _GLUE = "\u00a0"
-#: Spaces before a table's lines and between its columns.
+#: Spaces before a table's lines and between its columns. Chosen, not measured.
 INDENT, GAP = 2, 2
 
 

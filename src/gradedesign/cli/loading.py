@@ -7,7 +7,8 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-#: Seconds between lines; a machine that is not busy has loaded everything before the first.
+#: Seconds between lines; a machine that is not busy has loaded everything before the first. Chosen,
+#: not measured.
 EVERY = 4.0
 
 

@@ -15,11 +15,11 @@ from gradedesign.part.place_words import number
 from gradedesign.part.regions import Region
 from gradedesign.part.round_shapes import RoundShapes
 
-#: Groups of round shapes that are printed; ``check --json`` has all.
+#: Groups of round shapes that are printed; ``check --json`` has all. Chosen, not measured.
 _MOST_HOLES = 12
-#: Faces of the file that are printed; ``check --json`` has all.
+#: Faces of the file that are printed; ``check --json`` has all. Chosen, not measured.
 _MOST_FILE_FACES = 24
-#: Points of one group that are printed.
+#: Points of one group that are printed. Chosen, not measured.
 _MOST_POINTS = 4
 
 

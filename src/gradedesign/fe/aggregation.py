@@ -12,7 +12,8 @@ from scipy.sparse import bsr_matrix, csr_matrix
 
 from gradedesign.arrays import FloatArray
 
-#: Aggregation that leaves more than this share of the unknowns is not worth a level.
+#: Aggregation that leaves more than this share of the unknowns is not worth a level. Chosen, not
+#: measured.
 SLOWEST_COARSENING = 0.7
 
 

@@ -14,7 +14,7 @@ from gradedesign.fe._multigrid_kernels import inverse_diagonal, multiply, relax
 
 SingleArray = NDArray[np.float32]
 
-#: Steps and safety factor of the estimate of the largest eigenvalue.
+#: Steps and safety factor of the estimate of the largest eigenvalue. Chosen, not measured.
 LANCZOS_STEPS = 15
 #: Lanczos estimates approach the eigenvalue from below, and Chebyshev's iteration diverges above
 #: its interval. Chosen, not measured.

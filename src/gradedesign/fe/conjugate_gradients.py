@@ -14,6 +14,7 @@ from gradedesign.fe._multigrid_kernels import multiply
 from gradedesign.workspace.progress import report_step
 
 #: The recursive residual drifts from the true one; the iteration restarts this often to mend it.
+#: Chosen, not measured.
 RESTARTS = 2
 
 

@@ -14,6 +14,7 @@ from gradedesign.errors import SolverError
 Product: TypeAlias = Callable[[FloatArray], FloatArray]
 
 #: Residual of a value relative to it that is taken; the value's own error is about its square.
+#: Chosen, not measured.
 MOST_RESIDUAL = 0.02
 
 

@@ -11,7 +11,7 @@ from gradedesign.fe.assembly import matvec
 from gradedesign.fe.solution import Balance, LoadVector, Solution
 from gradedesign.fe.space import TetSpace
 
-#: Largest true residual and imbalance that is ever accepted.
+#: Largest true residual and imbalance that is ever accepted. Chosen, not measured.
 ACCEPTED = 1e-6
 #: Imbalance counts against the loads, or against this share of the forces that one node's
 #: displacement alone would need if that is more (`ACCEPTED` of it is 50 units of rounding): a body

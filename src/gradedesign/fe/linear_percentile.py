@@ -6,7 +6,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 
-#: Width, over the largest value, of the interval that is halved down to.
+#: Width, over the largest value, of the interval that is halved down to. Chosen, not measured.
 _RESOLVED = 1e-9
 
 

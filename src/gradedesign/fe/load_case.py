@@ -31,7 +31,8 @@ from gradedesign.fe.stiffness import Stiffness
 from gradedesign.fe.supports import Displacement, Supports, supports_on
 from gradedesign.part.regions import Region
 
-#: Resultant force and moment on the mesh may differ from those on the part by this share.
+#: Resultant force and moment on the mesh may differ from those on the part by this share. Chosen,
+#: not measured.
 RESULTANT_TOLERANCE = 1e-3
 
 

@@ -20,7 +20,7 @@ from gradedesign.mesh.tet_mesh import signed_volumes
 
 #: Squared sine below which directions count as dependent: supports 1e-5 of their spread apart.
 DEPENDENT = 1e-10
-#: Pieces named in an error message.
+#: Pieces named in an error message. Chosen, not measured.
 NAMED_PIECES = 4
 
 

@@ -9,7 +9,7 @@ from gradedesign.fe.eigen_solver import EigenProblem, EigenSolver, ExtremeValue,
 
 #: Residual of a value relative to it, as `lanczos` asks for.
 _RTOL = 3e-3
-#: Restarts, of about 20 solves each.
+#: Restarts, of about 20 solves each. Chosen, not measured.
 _MOST_RESTARTS = 12
 
 

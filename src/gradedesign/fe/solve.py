@@ -32,6 +32,7 @@ log = logging.getLogger(__name__)
 #: Rounding may leave the true residual this much above the tolerance; more is no convergence.
 STALLED = 10.0
 #: Factor on the tolerance, and how often it is applied, where equilibrium needs a smaller residual.
+#: Chosen, not measured.
 TIGHTER, TIGHTENINGS = 1e-2, 2
 #: Peak bytes per unknown by order, from benchmarks/bench_fe.py, with the mesh; plus a base.
 BYTES_PER_UNKNOWN = {1: 2800, 2: 1750}

@@ -10,7 +10,8 @@ from gradedesign.errors import PluginError
 from gradedesign.fields._graph_kernels import filleted_distance
 from gradedesign.fields.near_segments import nearest_candidates
 
-#: Largest radius of a fillet over that of its struts: a larger one fills whole windows.
+#: Largest radius of a fillet over that of its struts: a larger one fills whole windows. Chosen, not
+#: measured.
 LARGEST = 2.0
 
 

@@ -13,7 +13,8 @@ from gradedesign.errors import PluginError
 #: Places closer than this, in cell units, are the same place.
 SAME = 1e-6
 
-#: Keeps round coordinates away from the limits between keys.
+#: Keeps round coordinates away from the limits between keys. The fraction of the square root
+#: of 5, which is near no short fraction.
 _OFF = 0.2360679774997896
 
 

@@ -10,10 +10,10 @@ from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.errors import PluginError
 from gradedesign.fields._graph_kernels import fill_nearest, fill_within, greatest_gap
 
-#: Bins of the cell along each axis.
+#: Bins of the cell along each axis. Chosen, not measured.
 BINS = 16
 
-#: Bins for a first bound.
+#: Bins for a first bound. Chosen, not measured.
 _COARSE = 8
 
 #: The gauge of any prism of three sides or more is at least the distance over this: a triangle's

@@ -33,15 +33,16 @@ log = logging.getLogger(__name__)
 #: Sub-cells along the edge of an element, in whose tetrahedra the field is taken as linear: a
 #: multiple of `BLOCKS`, at most six for the bits of `Elements.faces`.
 SUBCELLS = 4
-#: Elements with a smaller share of solid are left out: their solid carries nothing.
+#: Elements with a smaller share of solid are left out: their solid carries nothing. Chosen, not
+#: measured.
 LEAST_SHARE = 1e-8
-#: Share that may miss in an element that counts as whole.
+#: Share that may miss in an element that counts as whole. Above the rounding of the quadrature.
 WHOLE = 1e-9
-#: Share of the volume that disconnected components may hold.
+#: Share of the volume that disconnected components may hold. Chosen, not measured.
 DISCONNECTED_SHARE = 0.01
-#: Cut elements per call of the quadrature.
+#: Cut elements per call of the quadrature. Chosen, not measured.
 CHUNK = 4096
-#: Parts along the edge of an element whose stress is reported.
+#: Parts along the edge of an element whose stress is reported. Chosen, not measured.
 BLOCKS = 4
 
 

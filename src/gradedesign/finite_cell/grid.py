@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.errors import CaseError
 
-#: A plane face this far from a grid plane, over the brick's edge, counts as on it.
+#: A plane face this far from a grid plane, over the brick's edge, counts as on it. Chosen, not
+#: measured.
 ON_PLANE = 1e-6
-#: Bricks may become this much thinner along an axis to meet more plane faces.
+#: Bricks may become this much thinner along an axis to meet more plane faces. Chosen, not measured.
 FINER = 1.3
 
 

@@ -30,7 +30,8 @@ from gradedesign.workspace.progress import stepping
 
 log = logging.getLogger(__name__)
 
-#: Stiffness of the void in cut elements over that of the solid.
+#: Stiffness of the void in cut elements over that of the solid. 23 iterations, 22 with 1e-4; the
+#: bias is about 0.01 %.
 SOFTNESS = 1e-5
 #: Error in the energy norm, over that of the solution, at which the iteration stops: 1e-7 of the
 #: work of the loads. What converges later are pieces that hang by slivers: on a trimmed network of

@@ -25,7 +25,7 @@ from gradedesign.finite_cell.surface import SurfacePoints
 from gradedesign.material.material import Material
 from gradedesign.part.regions import Region
 
-#: Points or elements worked on at once.
+#: Points or elements worked on at once. Chosen, not measured.
 CHUNK = 2**14
 
 

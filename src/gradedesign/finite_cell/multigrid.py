@@ -45,11 +45,13 @@ from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
 
-#: Chebyshev steps on the quadratic level and the part of the spectrum they damp.
+#: Chebyshev steps on the quadratic level and the part of the spectrum they damp. As on the linear
+#: level of `fe.multigrid`.
 SMOOTHING = (2, 12.0)
-#: Elements whose matrices are made at once.
+#: Elements whose matrices are made at once. Chosen, not measured.
 CHUNK = 4096
-#: Elements with hanging nodes whose matrices are made at once: these have 81 unknowns.
+#: Elements with hanging nodes whose matrices are made at once: these have 81 unknowns. Chosen, not
+#: measured.
 HANGING_CHUNK = 512
 
 

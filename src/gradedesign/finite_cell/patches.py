@@ -33,7 +33,8 @@ from gradedesign.finite_cell.space import BrickSpace
 #: one to two elements across the wall: 0.1, 0.25, 0.5 and 0.9 take 109, 61, 32 and 25 iterations
 #: and 1, 3, 6 and 24 kB an element as full matrices.
 WEAK = 0.5
-#: Share of the patches' corrections that is taken: neighbouring patches overlap.
+#: Share of the patches' corrections that is taken: neighbouring patches overlap. Chosen, not
+#: measured.
 OVERLAP = 0.5
 #: Bricks along the edge of the blocks in which patches are assembled together.
 BLOCK = 8

@@ -28,7 +28,7 @@ log = logging.getLogger(__name__)
 
 #: Rounding of a grading that allows exactly twice the edge.
 ROUNDING = 1e-9
-#: Blocks whose field is asked for at once.
+#: Blocks whose field is asked for at once. Chosen, not measured.
 CHUNK = 2**13
 
 

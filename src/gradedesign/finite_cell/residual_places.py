@@ -13,13 +13,15 @@ from gradedesign.finite_cell.stress import solid_points
 from gradedesign.workspace.progress import report_step
 
 #: Most points of the surface, faces of an axis and points of the solid that are looked at: evenly
-#: spaced ones of them all, each standing for its neighbours.
+#: spaced ones of them all, each standing for its neighbours. Chosen, not measured.
 MOST = 2**16
 #: Sub-cells with less solid than the first share of theirs, or more than the second, are not cut.
+#: Chosen, not measured.
 CUT = (1e-6, 1.0 - 1e-6)
-#: Step of differences of the field, over the shortest edge.
+#: Step of differences of the field, over the shortest edge. Chosen, not measured.
 STEP = 1e-4
 #: Farthest that the surface lies from the centroid of a cut sub-cell, over the longest edge.
+#: Chosen, not measured.
 NEAR = 0.5
 #: Points along the edge of a face, and sub-cells of each.
 ALONG, OF_EACH = 2, BLOCKS // 2

@@ -15,7 +15,7 @@ from gradedesign.workspace.progress import report_step
 #: A field this close to 0, over the shortest edge of an element, counts as inside: where an edge of
 #: the solid runs along corners of sub-cells, all corners of a tetrahedron inside may be 0.
 ON_SURFACE = 1e-10
-#: Points per call of the field.
+#: Points per call of the field. Chosen, not measured.
 POINTS = 2**18
 
 

@@ -12,7 +12,8 @@ from gradedesign.finite_cell.elements import BLOCKS, Elements, element_volumes
 from gradedesign.finite_cell.space import BrickSpace
 from gradedesign.finite_cell.surface import reference_of
 
-#: Sub-cells with a smaller share of their element's volume hold no sample point.
+#: Sub-cells with a smaller share of their element's volume hold no sample point. Chosen, not
+#: measured.
 LEAST_PART = 1e-9
 
 

@@ -25,9 +25,10 @@ from gradedesign.finite_cell.surface import (
 )
 from gradedesign.part.regions import Region
 
-#: Stiffness of the springs of a weak support, over the P-wave modulus and per edge of an element.
+#: Stiffness of the springs of a weak support, over the P-wave modulus and per edge of an element. A
+#: short cantilever on such springs is 0.14 to 0.18 % too soft.
 SPRING = 400.0
-#: A triangle this close to a grid plane, over the edge, lies on it.
+#: A triangle this close to a grid plane, over the edge, lies on it. Chosen, not measured.
 ON_PLANE = 1e-6
 #: Share of an element's face from which a region covers it.
 COVERED = 1.0 - 1e-6

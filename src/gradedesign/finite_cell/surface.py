@@ -16,13 +16,13 @@ from gradedesign.part.regions import Region
 #: How deep below a region the field is asked whether the solid reaches it, over the shortest edge
 #: of an element: fields compose distances that are right to a small part of their spacing only.
 DEPTH = 1e-3
-#: How often a triangle on the edge of the solid is divided in four.
+#: How often a triangle on the edge of the solid is divided in four. Chosen, not measured.
 DIVISIONS = 2
 #: Corners of a triangle, a little towards its middle, with no area: a face that turns moves most at
 #: its corner, off which the points of the rule lie by an eighth of an element.
 INWARD = 0.01
 CORNERS = np.concatenate([(1.0 - INWARD) * np.eye(3) + INWARD / 3.0, np.zeros((3, 1))], axis=1)
-#: Points per call of the field.
+#: Points per call of the field. Chosen, not measured.
 POINTS = 2**18
 
 

@@ -30,7 +30,7 @@ from gradedesign.finite_cell.surface import SurfacePoints
 
 #: A place lies on a region if it is this near to one of so many nearest points of the region, and
 #: to the plane across the normal there, over the longest edge; the points of a face that a region
-#: covers are nearer. Normals agree to this at least.
+#: covers are nearer. Normals agree to this at least. Chosen, not measured.
 REACH, BESIDE, OFF, ALIKE = 0.75, 4, 0.1, 0.9
 
 

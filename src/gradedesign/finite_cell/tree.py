@@ -21,7 +21,8 @@ from gradedesign.finite_cell import _tree_kernels as kernels
 
 log = logging.getLogger(__name__)
 
-#: Chebyshev steps, and the part of the spectrum they damp, on every level of the tree.
+#: Chebyshev steps, and the part of the spectrum they damp, on every level of the tree. As on the
+#: coarse levels of `fe.multigrid`.
 SMOOTHING = (3, 20.0)
 #: Unknowns at which a factorisation takes over.
 COARSEST = 2500

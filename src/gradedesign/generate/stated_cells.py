@@ -31,7 +31,8 @@ from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.formula_density import formula_field
 from gradedesign.plugin.registry import Registry, lookup
 
-#: The weight of a second family is kept on a grid with this many nodes per cell.
+#: The weight of a second family is kept on a grid with this many nodes per cell. Chosen, not
+#: measured.
 WEIGHT_NODES_PER_CELL = 8
 
 

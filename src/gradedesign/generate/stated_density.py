@@ -26,7 +26,7 @@ from gradedesign.lattice.voxel_density import (
 from gradedesign.output.vtu_fields import read_vtu_field
 from gradedesign.part.image_stack import read_image_stack
 
-#: The density grid resolves a cell by this many nodes.
+#: The density grid resolves a cell by this many nodes. Chosen, not measured.
 NODES_PER_CELL = 8
 
 

@@ -26,10 +26,10 @@ from gradedesign.homogenise.operator import threads_for
 from gradedesign.homogenise.periodic import PeriodicSolution, conjugate_gradients
 from gradedesign.homogenise.strength import local_stress
 
-#: Residual of the solves inside the eigenvalue iteration.
+#: Residual of the solves inside the eigenvalue iteration. Chosen, not measured.
 _SOLVE_RTOL = 1e-5
 #: A stress that buckles a grid only at its reverse's load over this is not followed further where
-#: both are looked at, and does not buckle it at all where it is the only one.
+#: both are looked at, and does not buckle it at all where it is the only one. Chosen, not measured.
 NEGLIGIBLE = 0.15
 #: The same where only one of both is looked at, so that loads a hundred times the reverse's are
 #: still followed. Chosen, not measured.

@@ -41,8 +41,8 @@ MOST_CHANGE = 0.25
 #: Local von Mises stress, over Young's modulus, at which any base material has long yielded: the
 #: metals of the library do at 0.003 to 0.0075, its polymers at 0.02 to 0.03.
 YIELDED = 0.05
-#: A load that does not settle is replaced by that of `YIELDED` only if the fine grid's is this
-#: many times as large.
+#: A load that does not settle is replaced by that of `YIELDED` only if the fine grid's is this many
+#: times as large. Chosen, not measured.
 _CLEAR = 2.0
 
 

@@ -29,7 +29,7 @@ from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 KIND = "mix-properties"
 #: Shares of the second cell at which mixes are computed.
 SHARES = (0.25, 0.5, 0.75)
-#: Voxels along a mix: as many as its thinnest wall needs, between these.
+#: Voxels along a mix: as many as its thinnest wall needs, between these. Chosen, not measured.
 LEAST_RESOLUTION, MOST_RESOLUTION = 24, 72
 #: A mix is used from this much above the density at which it falls apart.
 ABOVE_FLOOR = 1.15

@@ -15,9 +15,9 @@ from gradedesign.errors import DensityError, SolverError
 
 log = logging.getLogger(__name__)
 
-#: Samples along each edge of a voxel.
+#: Samples along each edge of a voxel. Chosen, not measured.
 SUBSAMPLES = 3
-#: Voxels that the thinnest wall must have at least.
+#: Voxels that the thinnest wall must have at least. Chosen, not measured.
 LEAST_VOXELS = 3.0
 #: Edges of a cell that is a cube.
 CUBE = (1.0, 1.0, 1.0)

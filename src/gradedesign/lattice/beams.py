@@ -19,15 +19,16 @@ from gradedesign.lattice.trim import OVERHANG, SHORTEST
 from gradedesign.mesh.boolean import intersection
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 
-#: A beam's radius is linear; graded struts are divided until it is right within this share.
+#: A beam's radius is linear; graded struts are divided until it is right within this share. Chosen,
+#: not measured.
 RADIUS_ERROR = 0.01
-#: Most beams that a graded strut is divided into.
+#: Most beams that a graded strut is divided into. Chosen, not measured.
 MOST_PIECES = 16
 #: Points along a strut at which its distance from the part is looked up.
 _LOOKED_UP = 9
-#: Grid steps of skin and passive solids along a cell.
+#: Grid steps of skin and passive solids along a cell. Chosen, not measured.
 _STEPS_PER_CELL = 24.0
-#: Nodes closer than this, in cells, are one.
+#: Nodes closer than this, in cells, are one. Chosen, not measured.
 _SAME = 1e-6
 
 

@@ -16,7 +16,7 @@ from gradedesign.lattice.solid_layers import solid_layers
 #: Voxels along a cell, and how much larger they may be where the part is large. None is larger
 #: than a skin is thick, so that none leaks.
 PER_CELL, COARSER = 16.0, 1.5
-#: Most voxels of a grid.
+#: Most voxels of a grid. Chosen, not measured.
 MOST_VOXELS = 12_000_000
 
 

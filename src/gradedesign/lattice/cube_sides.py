@@ -10,7 +10,8 @@ from gradedesign.lattice import _side_kernels as kernels
 from gradedesign.lattice.sample import Shape, checked_values
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
 
-#: Cubes that come this near to the part's surface count as near, in grid spacings.
+#: Cubes that come this near to the part's surface count as near, in grid spacings. Chosen, not
+#: measured.
 CLEARANCE = 0.1
 
 

@@ -13,7 +13,7 @@ from gradedesign.lattice._density_kernels import trilinear
 from gradedesign.lattice.sample import grid_points
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
 
-#: Elements that share in the density of a grid node.
+#: Elements that share in the density of a grid node. Chosen, not measured.
 NEIGHBOURS = 24
 #: Memory for a node: its place and its density, and what batches of neighbours share.
 _BYTES_PER_NODE = 48

@@ -17,11 +17,12 @@ from gradedesign.lattice.sample import grid_points
 #: Relative density of points (3, ...) in mm, ``(...)``. Evaluated only inside the part and near it.
 DensitySource: TypeAlias = Field
 
-#: Nodes of the largest density grid.
+#: Nodes of the largest density grid. 6.4 GB at `_BYTES_PER_NODE`.
 MOST_NODES = 64_000_000
 #: Memory for a node: its place twice, distance, density twice, the nearest node with a value.
 _BYTES_PER_NODE = 100
-#: Nodes this many spacings outside the part still share in the density inside.
+#: Nodes this many spacings outside the part still share in the density inside. Chosen, not
+#: measured.
 _REACH = 2.0
 #: Points that are evaluated at a time. Bounds the memory of one step; the result does not depend on
 #: it. Chosen, not measured.

@@ -17,7 +17,7 @@ from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
 
 log = logging.getLogger(__name__)
 
-#: Largest share of the volume that may be dropped as disconnected components.
+#: Largest share of the volume that may be dropped as disconnected components. Chosen, not measured.
 MAX_SHARE = 0.02
 #: About the cube of the edges that are collapsed after the cut, 0.02 grid steps, over that of half
 #: a step.

@@ -16,7 +16,8 @@ REACH = 2.0
 _STEP = 1e-3
 #: Cosine of the normals from which two faces count as parallel, and have no corner.
 _PARALLEL = 0.999
-#: Gradients below this, mm per mm, are those of a ridge or of the middle of a void.
+#: Gradients below this, mm per mm, are those of a ridge or of the middle of a void. Chosen, not
+#: measured.
 _FLAT = 0.1
 
 

@@ -30,11 +30,13 @@ log = logging.getLogger(__name__)
 #: Blocks along an edge of a cell, and of one of a long period, whose table is as many times larger.
 #: With 8, layers of two cells from `diamond-network` to `octet` at 0.15 kept 1.1 % of error.
 BLOCKS, BLOCKS_OF_LONG_PERIODS = 12, 4
-#: Samples along an edge of a block; levels and shares between 0 and 1 that are tabulated.
+#: Samples along an edge of a block; levels and shares between 0 and 1 that are tabulated. Chosen,
+#: not measured.
 SAMPLES, LEVELS, SHARES = 4, 257, 17
 #: Rounds in which levels are changed, at most, and the error at which they end.
 ROUNDS, SETTLED = 60, 1e-3
 #: Growth of a cell's solid with its level, 1 on the whole, that a change counts on at least.
+#: Chosen, not measured.
 LEAST_RISE = 0.1
 #: Memory of a block while levels are found, bytes.
 _BYTES_PER_BLOCK = 160

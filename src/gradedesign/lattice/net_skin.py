@@ -11,7 +11,7 @@ from gradedesign.errors import LatticeError
 
 #: Depths at which struts are looked for, along a cell.
 _PER_CELL = 24
-#: How often the distance of these depths is halved about the best one.
+#: How often the distance of these depths is halved about the best one. Chosen, not measured.
 _HALVINGS = 3
 #: Points that are evaluated at a time. Bounds the memory of one step; the result does not depend on
 #: it. Chosen, not measured.

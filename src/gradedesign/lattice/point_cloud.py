@@ -27,7 +27,7 @@ _MOST_WORK = 20_000_000_000
 _LONGEST_LINE, _BYTES_PER_CHARACTER = 1000, 16
 #: Memory for a node of the grid, and for a point.
 _BYTES_PER_NODE, _BYTES_PER_POINT = 96, 120
-#: Largest coordinate, mm.
+#: Largest coordinate, mm. No printable part reaches this far, as in `raw_triangles`.
 _FARTHEST = 1e7
 
 

@@ -16,12 +16,13 @@ from gradedesign.arrays import Field, FloatArray
 _FLAT, _STEEP = 30.0, 40.0
 #: Samples through a wall, below a face; the surface is found between them linearly.
 _SAMPLES = 8
-#: Step of differences over the wall: forward ones, of distances and of the field about mm.
+#: Step of differences over the wall: forward ones, of distances and of the field about mm. Chosen,
+#: not measured.
 _STEP = 1e-3
 #: Shift over the wall off the points where a normal of the part is taken: points of a grid may lie
 #: on the bisector of two faces, where neither is the nearest. No two components are alike.
 _ASIDE = np.array([[0.011], [-0.017], [0.023]])
-#: Least gradient, where a field has a kink.
+#: Least gradient, where a field has a kink. Chosen, not measured.
 _LEAST = 1e-9
 #: Faces that meet in a corner, and the cosine above which two of them are one.
 _FACES, _SAME = 3, 0.9

@@ -14,7 +14,7 @@ from gradedesign.workspace.progress import report_step
 
 Shape = tuple[int, int, int]
 
-#: Nodes that a slab holds, and that are evaluated at once, about.
+#: Nodes that a slab holds, and that are evaluated at once, about. Chosen, not measured.
 NODES, BATCH = 1 << 21, 1 << 16
 
 

@@ -12,17 +12,21 @@ from gradedesign.fields.algebra import gradient
 
 log = logging.getLogger(__name__)
 
-#: Vertices this close to the inner face of a skin lie on it, in grid spacings.
+#: Vertices this close to the inner face of a skin lie on it, in grid spacings. Chosen, not
+#: measured.
 _ON = 0.01
-#: Vertices of a contour up to this far from it are moved there, in grid spacings.
+#: Vertices of a contour up to this far from it are moved there, in grid spacings. Chosen, not
+#: measured.
 _NEAR = 0.4
-#: Middles of edges farther from it than this are off, in grid spacings.
+#: Middles of edges farther from it than this are off, in grid spacings. Chosen, not measured.
 _OFF = 0.03
 #: New vertices lie at most this far from the middle of the edge they divide, in grid spacings.
+#: Chosen, not measured.
 _FARTHEST = 1.5
-#: Normals whose cosine is above this are those of one smooth face.
+#: Normals whose cosine is above this are those of one smooth face. 14 degrees. Chosen, not
+#: measured.
 _SMOOTH = 0.97
-#: Rounds of dividing, and the step of gradients in grid spacings.
+#: Rounds of dividing, and the step of gradients in grid spacings. Chosen, not measured.
 _ROUNDS, _STEP = 5, 1e-3
 
 

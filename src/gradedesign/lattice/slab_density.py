@@ -19,7 +19,7 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh
 
 #: Points of the field per slab; the volume they find is right to about 0.001.
 POINTS_PER_SLAB = 100_000
-#: Points of the part's box where all slabs share them.
+#: Points of the part's box where all slabs share them. Chosen, not measured.
 POINTS_IN_BOX = 1_000_000
 #: Points that are evaluated at a time. Bounds the memory of one step; the result does not depend on
 #: it. Chosen, not measured.

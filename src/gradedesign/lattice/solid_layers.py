@@ -18,7 +18,7 @@ from gradedesign.lattice.net_skin import net_value
 from gradedesign.lattice.rims import without_rims
 from gradedesign.lattice.skin import Skin, skin_value
 
-#: Coarse grid of the banded distances, in bands.
+#: Coarse grid of the banded distances, in bands. Chosen, not measured.
 _COARSE = 4.0
 
 #: Points ``(3, ...)`` mm and the part's distance there, where it is known, to the distance of a

@@ -25,7 +25,8 @@ DIVISIONS = 4
 #: Tetrahedra that are evaluated at a time. Bounds the memory of one step; the result does not
 #: depend on it. Chosen, not measured.
 _BATCH = 4096
-#: Shares this near 0 and 1 are none and all.
+#: Shares this near 0 and 1 are none and all. Above the rounding of the moments, far below any solid
+#: that matters.
 _ROUNDING = 1e-9
 
 

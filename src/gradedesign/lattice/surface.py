@@ -32,9 +32,11 @@ from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
 
-#: Node values closer to zero than this, in grid spacings, count as just outside.
+#: Node values closer to zero than this, in grid spacings, count as just outside. So that no vertex
+#: falls onto a node, where faces would collapse. Chosen, not measured.
 NUDGE = 1e-6
-#: Vertices keep this distance from the ends of their grid edge, in grid spacings.
+#: Vertices keep this distance from the ends of their grid edge, in grid spacings. So that no two
+#: vertices of a node coincide. Chosen, not measured.
 END_GAP = 1e-3
 
 

@@ -25,13 +25,15 @@ from gradedesign.workspace.progress import report_step, stepping
 
 log = logging.getLogger(__name__)
 
-#: The lattice is contoured this many grid steps beyond the part before it is cut.
+#: The lattice is contoured this many grid steps beyond the part before it is cut. Chosen, not
+#: measured.
 OVERHANG = 2.0
 #: Rounds in which inner edges of skins are left as contoured where triangles cross.
 ROUNDS = 4
 #: Before, edges of this share of the grid step are collapsed there, which unfolds most.
 FOLDS = (0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
-#: Triangles that a collapse changes lie within this many grid steps of those that crossed.
+#: Triangles that a collapse changes lie within this many grid steps of those that crossed. Chosen,
+#: not measured.
 AROUND = 4.0
 #: Edges shorter than this share of the grid step are collapsed after the cut: single precision
 #: files cannot hold them apart.

@@ -39,14 +39,16 @@ SETTLED = 0.01
 #: finds at most this share again: round struts 0.3 to 0.6, networks 0.6, square and triangular ones
 #: 0.8 to 1.1.
 SMOOTH = 0.6
-#: Surface farther from a triangle than this is another one; grid spacings.
+#: Surface farther from a triangle than this is another one; grid spacings. Chosen, not measured.
 FARTHEST = 0.5
 #: The second point at which the field is evaluated lies this far from the centroid at least: the
 #: rounding of single precision does not matter then; grid spacings.
 LEAST_APART = 0.05
 #: Vertices with a smaller share of their area across their edge gain no volume by moving along it.
+#: Chosen, not measured.
 LEAST_LEANING = 1e-3
-#: Vertices closer to a solid layer than this lie on it, and stay there; grid spacings.
+#: Vertices closer to a solid layer than this lie on it, and stay there; grid spacings. Chosen, not
+#: measured.
 ON_LAYER = 0.01
 #: Cells with less solid than this share of the median cell's are slivers that the part's faces
 #: leave; chosen, not measured: their error is as small a share of a cell's volume.

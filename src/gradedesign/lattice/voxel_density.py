@@ -15,7 +15,7 @@ from gradedesign.part.npy_file import read_npy
 
 #: Memory for a voxel beside what is read: its density, a copy in another order, whether it is one.
 BYTES_PER_VOXEL = 18
-#: The box of the voxels may miss the part's by this share of a voxel.
+#: The box of the voxels may miss the part's by this share of a voxel. Chosen, not measured.
 _SLACK = 0.5
 
 

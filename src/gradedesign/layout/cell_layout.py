@@ -14,6 +14,7 @@ from gradedesign.cell.local_cells import local_cells
 from gradedesign.cell.map_report import map_report, require_unfolded, spread
 
 #: A law describes cells whose extents are as stated; from here on a warning states their stretch.
+#: Chosen, not measured.
 TOLD_STRETCH = 1.1
 
 

@@ -25,9 +25,9 @@ from gradedesign.workspace.progress import report_step
 
 #: Depths along a drain, per radius, at which a void is looked for.
 _PER_RADIUS = 8
-#: A mouth's rim may leave the surface by this share of its radius.
+#: A mouth's rim may leave the surface by this share of its radius. Chosen, not measured.
 _RIM = 0.2
-#: A stated place may lie this many radii off the surface.
+#: A stated place may lie this many radii off the surface. Chosen, not measured.
 _OFF = 1.0
 
 

@@ -30,9 +30,11 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh, area_vectors, corner_poin
 from gradedesign.part.signed_distance import surface_distance
 from gradedesign.workspace.progress import report_step
 
-#: Grid steps along the radius of a bevel, and along the diameter of the least cavity.
+#: Grid steps along the radius of a bevel, and along the diameter of the least cavity. A room of 17
+#: x 9 x 9 mm with a bevel of 3 mm needs sharpened edges besides: without them it is 3.5 % too
+#: small.
 STEPS = 8.0
-#: Most nodes of a grid.
+#: Most nodes of a grid. Chosen, not measured.
 MOST_NODES = 3e8
 #: Places on the surface of a cavity from which balls are tried, and the rounds that move the best.
 _PLACES, _ROUNDS = 4000, 40

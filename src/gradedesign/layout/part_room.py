@@ -26,7 +26,7 @@ _BYTES_PER_NODE = 64.0
 #: Cells along a part, from its thinnest bar to the finest foam that is designed: where another unit
 #: of the part is offered.
 _USUAL_CELLS = (2.0, 300.0)
-#: Nodes of the density grid along a cell.
+#: Nodes of the density grid along a cell. Chosen, not measured.
 _NODES_PER_CELL = 4
 
 

@@ -16,7 +16,8 @@ from gradedesign.lattice.skin import skin_thickness
 from gradedesign.mesh.surface_mesh import corner_points
 from gradedesign.part.part import Part
 
-#: Places on the faces of a skin, and the seed that picks them.
+#: Places on the faces of a skin, and the seed that picks them. Any fixed seed, so that a run can be
+#: repeated. Chosen, not measured.
 PLACES, SEED = 20_000, 1414
 #: Rounding of a formula that states its bounds itself, as clamp does.
 _ROUNDING = 1e-9

@@ -17,9 +17,9 @@ from gradedesign.layout.place import place_distance
 from gradedesign.part.part import Part
 from gradedesign.part.signed_distance import region_distance
 
-#: Width of a transition that the case does not state, cells; its least one.
+#: Width of a transition that the case does not state, cells; its least one. Chosen, not measured.
 USUAL_WIDTH, LEAST_WIDTH = 2.0, 0.5
-#: Step of the differences that make a distance of a formula, in cells.
+#: Step of the differences that make a distance of a formula, in cells. Chosen, not measured.
 _STEP = 1e-3
 
 

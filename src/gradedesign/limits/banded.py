@@ -12,7 +12,7 @@ from gradedesign.errors import CaseError
 #: Spacing of the elements, mm, and the value found with them.
 ValueAtSize: TypeAlias = tuple[float, float]
 
-#: Least ratio of two spacings whose values can be compared.
+#: Least ratio of two spacings whose values can be compared. Chosen, not measured.
 LEAST_RATIO = 1.05
 #: Order with which the error is taken to fall where none is known: the volume that chamfers and
 #: missed struts lose goes with the square of the element.
@@ -28,10 +28,13 @@ LEAST_UNKNOWN = 0.04
 #: the resolutions that judge, above 0.3 for one of them; docs/finite-cells.md.
 RESIDUAL_FACTORS = (0.18, 0.25, 0.4)
 #: An observed order counts where the remaining error is at least this share of the residual.
+#: Chosen, not measured.
 LEAST_REST = 0.05
-#: The factor is fitted where the finer residual is at most this share of the coarser one.
+#: The factor is fitted where the finer residual is at most this share of the coarser one. Chosen,
+#: not measured.
 TELLING = 0.75
-#: Two values that agree better than this, over the value, do not make a band of nothing.
+#: Two values that agree better than this, over the value, do not make a band of nothing. Chosen,
+#: not measured.
 LEAST_FALL = 0.005
 #: Safety factor on an observed order (Roache, J. Fluids Eng. 116, 1994: grid convergence index).
 SAFETY = 1.25

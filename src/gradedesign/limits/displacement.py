@@ -30,13 +30,16 @@ from gradedesign.limits.state import HomogenisedState, Predicted, Response
 from gradedesign.material.material import Material
 from gradedesign.part.regions import Region
 
-#: Nodes nearer than this share of the region's extent count as one place.
+#: Nodes nearer than this share of the region's extent count as one place. Chosen, not measured.
 APART = 0.2
-#: A place that moves less than this share of the largest displacement governs no more.
+#: A place that moves less than this share of the largest displacement governs no more. With it and
+#: `MOST_PLACES` sizing of `clevis`, whose two ears take turns, holds after 8 to 14 iterations; with
+#: the present node alone not after 60.
 RELEVANT = 0.5
-#: Places of a limit that are followed.
+#: Places of a limit that are followed. Chosen, not measured.
 MOST_PLACES = 4
 #: A region that moves by less than this share of the part's largest displacement is at rest.
+#: Chosen, not measured.
 AT_REST = 1e-6
 
 

@@ -25,7 +25,8 @@ from gradedesign.limits.state import HomogenisedState, Predicted
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 
-#: A radius that leaves out more of the lattice's volume than this gives a warning.
+#: A radius that leaves out more of the lattice's volume than this gives a warning. Chosen, not
+#: measured.
 MOST_LEFT_OUT = 0.25
 
 

@@ -40,7 +40,7 @@ from gradedesign.limits.state import HomogenisedState, Predicted, Response
 from gradedesign.material.material import Material
 from gradedesign.part.regions import Region
 
-#: A mean below this share of the part's largest displacement is none.
+#: A mean below this share of the part's largest displacement is none. Chosen, not measured.
 AT_REST = 1e-6
 
 

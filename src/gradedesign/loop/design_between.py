@@ -15,7 +15,7 @@ from gradedesign.loop.iteration_steps import TARGET
 ENOUGH = 3
 #: Two designs whose masses differ by more than this share, over the heavier one, are too far apart.
 CLOSE = 0.05
-#: Ways that are this near to an end lead to a design that is known.
+#: Ways that are this near to an end lead to a design that is known. Chosen, not measured.
 LEAST_WAY = 0.02
 
 

@@ -20,10 +20,11 @@ from gradedesign.resolve.setup import Setup
 from gradedesign.workspace.limits import Deadline
 
 #: An iteration after the second is only begun if this many times the last one's duration is left.
+#: Chosen, not measured.
 TIME_RESERVE = 1.3
-#: Densities that differ by less are the same design.
+#: Densities that differ by less are the same design. Chosen, not measured.
 SAME_DENSITY = 1e-4
-#: Missing time is stated in steps of this many seconds.
+#: Missing time is stated in steps of this many seconds. Chosen, not measured.
 TIME_STEP = 10
 
 
@@ -50,6 +51,8 @@ class Ended:
 
 
 #: A refused design lighter by no more than this share shows that the accepted one is the lightest.
+#: Displacements jump where walls meet a face or miss it: `size-graded` once used 100.3 % at 9.442 g
+#: and 94.9 % at 9.471 g.
 ENCLOSED = 0.01
 #: A design was accepted that uses a limit.
 TIGHT_END = Ended(by="tight", words="a limit is used to 97 % or no density can fall further")

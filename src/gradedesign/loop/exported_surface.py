@@ -17,7 +17,8 @@ from gradedesign.resolve.setup import Setup
 from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
 
-#: Grid of the exported surface over the surface size of the explicit analysis.
+#: Grid of the exported surface over the surface size of the explicit analysis. Chosen, not
+#: measured.
 SURFACE_PER_SPACING = 0.5
 
 

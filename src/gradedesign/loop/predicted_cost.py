@@ -19,7 +19,7 @@ LEARNING_SIZING_ITERATIONS = 2
 #: Acceptances of a run of more than one iteration: the first that holds teaches factors, the last
 #: decides. Two in `mini` and in `size-graded`.
 USUAL_ACCEPTANCES = 2
-#: A prediction is meant to be right within this factor on an idle machine.
+#: A prediction is meant to be right within this factor on an idle machine. Chosen, not measured.
 WITHIN = 2.0
 
 

@@ -23,6 +23,7 @@ from gradedesign.verify.submodel_choice import BUFFERS
 from gradedesign.verify.whole_resolution import first_spacing, judged_seconds
 
 #: Without a solid analysis, sizing is taken to end at this share of the window of densities.
+#: Chosen, not measured.
 USUAL_SHARE = 1.0 / 3.0
 #: Densities between which the law is read.
 SAMPLES = 65

@@ -25,8 +25,9 @@ from gradedesign.sizing.state import SolvedState, solved_state
 #: A limit is out of reach if this many times the gain that the model predicts is not enough.
 SAFETY = 2.0
 #: Below this gain, the densities that matter for a value are reported to stand at their bound.
+#: Chosen, not measured.
 NO_GAIN = 0.02
-#: A density counts as at its upper bound within this relative distance.
+#: A density counts as at its upper bound within this relative distance. Chosen, not measured.
 AT_BOUND = 1e-2
 
 

@@ -11,7 +11,7 @@ from gradedesign.material.buckling_table import BucklingTable
 
 #: Bisections of a density, down to the rounding of a double: 2^-50 of the window.
 _BISECTIONS = 50
-#: Utilisations below this count as none.
+#: Utilisations below this count as none. Keeps quotients finite.
 _NO_UTILISATION = 1e-30
 #: Exponent of density with which critical stresses grow beyond the densest computed cell.
 GROWTH_BEYOND = 1.0

@@ -16,7 +16,8 @@ from gradedesign.material.strength_surface import StrengthSurface
 _SCAN = 129
 #: Bisections of a density, to 2^-40 of an interval of the scan: far finer than sizing needs.
 _BISECTIONS = 40
-#: Points whose curves are held at once.
+#: Points whose curves are held at once. Bounds the memory; the result does not depend on it.
+#: Chosen, not measured.
 _BATCH = 20_000
 #: Shares of the percentile's stress below which all of the cell is stressed more.
 _NO_STRESS = 1e-12

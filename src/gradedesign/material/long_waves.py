@@ -27,9 +27,9 @@ SWAY = 0.4
 #: Steps of the search for the worst direction: half the distance of the directions it starts from,
 #: and one that leaves 0.1 % of the use (150 stiffnesses with up to 30 times softer shears).
 _FIRST_STEP, _LAST_STEP = 0.25, 0.01
-#: Utilisations below this count as none.
+#: Utilisations below this count as none. Keeps quotients finite.
 _NO_USE = 1e-30
-#: Uses up to this are not worth the search: `_most` bounds them from above.
+#: Uses up to this are not worth the search: `_most` bounds them from above. Chosen, not measured.
 _NEGLIGIBLE = 0.01
 #: Uses that differ by this share are equal: as exact as the search for the direction.
 _RTOL = 1e-3

@@ -13,9 +13,10 @@ from gradedesign.material.scaling_law import LawOrigin, ScalingLaw
 
 #: Name in a case of the power law that is fitted to the computed law of its cell.
 GIBSON_ASHBY = "gibson-ashby"
-#: Largest relative residual of a fit; the window is the widest that keeps to it.
+#: Largest relative residual of a fit; the window is the widest that keeps to it. Chosen, not
+#: measured.
 MOST_RESIDUAL = 0.1
-#: Densities of the law's window, evenly spaced in their logarithm.
+#: Densities of the law's window, evenly spaced in their logarithm. Chosen, not measured.
 _SAMPLES = 41
 #: Highest over lowest density of a fit at least, where a case allows fewer. Chosen, not measured.
 _LEAST_SPAN = 1.5

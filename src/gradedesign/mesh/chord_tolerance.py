@@ -18,6 +18,7 @@ from gradedesign.workspace.progress import report_step
 log = logging.getLogger(__name__)
 
 #: Passes at most, and the share of the triangles that one must remove for another to follow.
+#: Chosen, not measured.
 PASSES, LEAST_GAIN = 100, 2e-3
 #: Share of the tolerance within which samples stay: between them the surface is farther off, by
 #: up to half of that where triangles become twice as long, less where they become longer.

@@ -12,7 +12,7 @@ from gradedesign.mesh import _column_kernels as kernels
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
 from gradedesign.mesh.unbalanced_edges import unbalanced_edge_count
 
-#: Columns per triangle, at most.
+#: Columns per triangle, at most. Chosen, not measured.
 MOST_COLUMNS = 4
 
 

@@ -11,9 +11,11 @@ from gradedesign.mesh.triangle_cells import CellGrid, triangle_cells
 
 #: From as many triangles on they are searched by the cells of a grid.
 MANY = 200_000
-#: Triangles of a printed surface that reach less than this beyond each other only touch, mm.
+#: Triangles of a printed surface that reach less than this beyond each other only touch, mm. A
+#: micrometre, below the detail of any printer.
 TOUCHING = 1e-3
-#: Triangles that cross reach into a common cell by at least this share of the margin.
+#: Triangles that cross reach into a common cell by at least this share of the margin. Chosen, not
+#: measured.
 _SHARED = 0.01
 
 

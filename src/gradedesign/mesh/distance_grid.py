@@ -20,7 +20,8 @@ SIDE = kernels.SIDE
 #: Spacings from the triangles beyond which neighbours on the grid lie on one side of them: half of
 #: one; more where the triangles leave holes.
 _APART, _APART_OPEN = 0.5 + 1e-6, 0.75
-#: Even nodes within so many spacings of the triangles hand their closest points on.
+#: Even nodes within so many spacings of the triangles hand their closest points on. Chosen, not
+#: measured.
 _SEEDS = 2.0
 
 

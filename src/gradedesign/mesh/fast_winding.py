@@ -11,6 +11,7 @@ from gradedesign.mesh import _fast_winding_kernels as kernels
 from gradedesign.mesh.closest import TriangleTree
 
 #: Where turned triangles are looked for, in radii of the circle in a triangle, and how often.
+#: Chosen, not measured.
 _SHARE, _ROUNDS = 0.5, 3
 #: A fall of the winding number through a triangle that settles at once that it is right; amid
 #: others that are, it is 0.45.

@@ -33,6 +33,7 @@ LONGEST_EDGE = 4.0 / 3.0
 #: 0.07 to 0.84 million.
 _BISECTED, _BYTES_PER_TET = 5.4, 430.0
 #: A process gets no less time than this, s: time may run out between the check and its start.
+#: Chosen, not measured.
 _LEAST_S = 0.001
 #: How the line of an attempt says that it is the last one.
 _SUCCEEDED = "succeeded in"

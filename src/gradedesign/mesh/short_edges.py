@@ -9,7 +9,7 @@ from gradedesign.arrays import BoolArray, FloatArray, read_only
 from gradedesign.mesh import _collapse_kernels as kernels
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 
-#: Passes at most; in each, edges collapse that share no neighbours.
+#: Passes at most; in each, edges collapse that share no neighbours. Chosen, not measured.
 PASSES = 16
 
 _Faces = NDArray[np.int32] | NDArray[np.int64]

@@ -11,7 +11,8 @@ from gradedesign.arrays import FloatArray, IntArray, read_only
 from gradedesign.mesh import _cell_kernels as kernels
 from gradedesign.mesh._surface_mesh_kernels import corners_of_box
 
-#: Places of a triangle in the lists of cells, and cells a triangle, at most on average.
+#: Places of a triangle in the lists of cells, and cells a triangle, at most on average. Chosen, not
+#: measured.
 ENTRIES = 10
 
 

@@ -28,9 +28,9 @@ from gradedesign.output.scene import (
 if TYPE_CHECKING:
     import pyvista
 
-#: Letters of a line of the caption.
+#: Letters of a line of the caption. Chosen, not measured.
 _CAPTION = 92
-#: Triangles that are drawn of one layer at most.
+#: Triangles that are drawn of one layer at most. Chosen, not measured.
 MOST_TRIANGLES = 2_000_000
 
 

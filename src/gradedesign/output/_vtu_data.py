@@ -22,7 +22,7 @@ _TYPES = {
     **{f"Int{8 * n}": f"i{n}" for n in (1, 2, 4, 8)},
     **{f"UInt{8 * n}": f"u{n}" for n in (1, 2, 4, 8)},
 }
-#: A dictionary of lzma needs no more, bytes.
+#: A dictionary of lzma needs no more, bytes. Chosen, not measured.
 _MOST_LZMA = 1 << 28
 
 

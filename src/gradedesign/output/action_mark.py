@@ -16,10 +16,12 @@ Kind = Literal["force", "pressure", "moment", "acceleration", "displacement"]
 #: Colours of load cases, in their order; after the last one they begin again.
 CASE_COLOURS = ("#d62728", "#8e24aa", "#00838f", "#ef6c00", "#2e7d32", "#5d4037", "#c2185b")
 #: Length of the largest arrow of a kind over the part's diagonal, and of the least over that.
+#: Chosen, not measured.
 LONGEST, SHORTEST = 0.2, 0.35
-#: Arrows of a pressure at most, and how far apart over the diagonal.
+#: Arrows of a pressure at most, and how far apart over the diagonal. Chosen, not measured.
 MOST_ARROWS, APART = 9, 0.05
 #: Arrows from one point closer than this in direction are moved apart, by a share of the diagonal.
+#: Chosen, not measured.
 _ALIKE, _ASIDE = np.cos(np.radians(25.0)), 0.035
 
 #: Half the width of the bar from a region to the point of its remote force, over the diagonal: a

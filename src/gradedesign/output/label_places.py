@@ -9,11 +9,11 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.output.scene import SIZE, Arrow, Frame, Label, LegendEntry, Lines, legend_box
 
-#: Pixels of a letter, of a label's height, and of the margin around a text.
+#: Pixels of a letter, of a label's height, and of the margin around a text. Chosen, not measured.
 LETTER, HEIGHT, MARGIN = 11.5, 34.0, 14.0
-#: Half the pixels that an arrow is thick.
+#: Half the pixels that an arrow is thick. Chosen, not measured.
 _THICK = 9.0
-#: Rows and columns that a label may move by to find room.
+#: Rows and columns that a label may move by to find room. Chosen, not measured.
 _ROWS, _COLUMNS = 12, (0.0, 0.5, -0.5, 1.0, -1.0)
 
 

@@ -55,6 +55,7 @@ log = logging.getLogger(__name__)
 
 _ABOVE, _SHADE = "#ff00c8", "#5b6470"
 #: Lengths in a picture, in diagonals of the part; what lies on a surface is lifted a little.
+#: Chosen, not measured.
 _HATCH, _SHOWN_SHIFT, _LIFT = 0.012, 0.08, 1e-3
 #: Octant of the part that is cut away to look into it.
 _TOWARDS_VIEWER = np.array([1.0, -1.0, 1.0])

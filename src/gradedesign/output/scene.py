@@ -15,8 +15,9 @@ VIEW = np.array([1.0, -1.35, 0.85])
 #: Pixels of a picture. Chosen, not measured.
 SIZE = (1200, 900)
 #: Pixels of a letter of the legend, of a row of it, and to it from the right and the upper edge.
+#: Chosen, not measured.
 LEGEND_LETTER, LEGEND_ROW, LEGEND_RIGHT, LEGEND_TOP = 12, 30, 30, 14
-#: Share of the width that a colour bar takes.
+#: Share of the width that a colour bar takes. Chosen, not measured.
 BAR_AREA = 0.14
 
 

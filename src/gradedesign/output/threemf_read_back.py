@@ -20,7 +20,7 @@ from gradedesign.output.stl import VOLUME_TOLERANCE
 
 #: Where the model lies in the package.
 MODEL = "3D/3dmodel.model"
-#: Radii and places survive text and float32 within this share.
+#: Radii and places survive text and float32 within this share. Chosen, not measured.
 _SAME = 1e-5
 
 

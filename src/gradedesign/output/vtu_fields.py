@@ -28,9 +28,9 @@ _OTHERS = {
     22: "triangle6",
     25: "hexahedron20",
 }
-#: Largest coordinate, mm.
+#: Largest coordinate, mm. No printable part reaches this far, as in `raw_triangles`.
 _FARTHEST = 1e7
-#: Bytes that reading a file may take, unless the case says so.
+#: Bytes that reading a file may take, unless the case says so. The default of `[run] memory`.
 _MEMORY = 8_000_000_000
 
 

@@ -18,8 +18,8 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh, area_vectors, corner_poin
 from gradedesign.part._edges import Edges, face_edges
 from gradedesign.part._face_fits import Patch
 
-#: Neighbours within this angle are coplanar, degrees; the second value splits again what
-#: turned out curved: a very fine facetting.
+#: Neighbours within this angle are coplanar, degrees; the second value splits again what turned out
+#: curved: a very fine facetting. Chosen, not measured.
 _COPLANAR = (0.5, 0.05)
 #: Rounding of a single-precision coordinate, relative.
 _ROUNDING = 1.2e-7

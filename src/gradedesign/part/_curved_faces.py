@@ -13,23 +13,25 @@ from gradedesign.arrays import FloatArray
 from gradedesign.part._clusters import Clusters, connected_sets, patch_of
 from gradedesign.part._face_fits import Cylinder, Patch, angular_span, fit_cylinder, off_cylinder
 
-#: A face counts as a cylinder when its vertices fit within this share of the radius.
+#: A face counts as a cylinder when its vertices fit within this share of the radius. Chosen, not
+#: measured.
 FIT_SHARE = 0.01
 #: Growing is stricter: this share of the sagitta of its facets, so that a tangent plane stays out.
 GROW_SAGITTA = 0.2
-#: Strips whose turns share an axis this well may lie on one cylinder, cosine.
+#: Strips whose turns share an axis this well may lie on one cylinder, cosine. Chosen, not measured.
 _SAME_AXIS = np.cos(np.radians(2.0))
-#: Facets of a strip stand this square to the axis, sine.
+#: Facets of a strip stand this square to the axis, sine. Chosen, not measured.
 _SQUARE = np.sin(np.radians(1.0))
-#: A cluster this much larger than its neighbours' median, or with this share of its set, is a
-#: face of its own, not a facet of a curved one.
+#: A cluster this much larger than its neighbours' median, or with this share of its set, is a face
+#: of its own, not a facet of a curved one. Chosen, not measured.
 _LARGE_RATIO, _LARGE_SHARE = 9.0, 0.2
 #: Strips of a cylinder that runs into a doubly curved face are so much longer than the facets
-#: there, or so much longer than wide.
+#: there, or so much longer than wide. Chosen, not measured.
 _LONGER, _SLENDER = 2.0, 10.0
-#: A neighbour tilts along the axis if by more than this share of the turn between strips.
+#: A neighbour tilts along the axis if by more than this share of the turn between strips. Chosen,
+#: not measured.
 _TILT = 0.3
-#: Clusters with more neighbours than this are no strips.
+#: Clusters with more neighbours than this are no strips. Chosen, not measured.
 _MOST_NEIGHBOURS = 16
 
 Piece = tuple[str, list[int], Cylinder | None]

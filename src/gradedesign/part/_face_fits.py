@@ -11,13 +11,15 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 
-#: Normals of a cylinder stand this square to its axis, sine of an angle.
+#: Normals of a cylinder stand this square to its axis, sine of an angle. Chosen, not measured.
 _SQUARE = np.sin(np.radians(2.0))
 #: Facets of a cylinder face its axis within this angle, cosine; 30-degree facets do.
 _RADIAL = np.cos(np.radians(16.0))
 #: Facet normals must spread at least this far for an axis to be determined, sine of an angle.
+#: Chosen, not measured.
 _SPREAD = np.sin(np.radians(0.2))
-#: Facets whose normals spread less than this are flat, as far as a cylinder goes.
+#: Facets whose normals spread less than this are flat, as far as a cylinder goes. Chosen, not
+#: measured.
 _CURVED = np.sin(np.radians(3.0))
 #: Corners this close to an axis, as a share of a face's size, lie on it; arcs that are no farther
 #: apart, degrees, meet. Both are rounding.

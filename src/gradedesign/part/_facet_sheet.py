@@ -15,14 +15,15 @@ from gradedesign.mesh.surface_mesh import corner_points
 from gradedesign.part._clusters import Clusters
 from gradedesign.part._edges import face_edges
 
-#: Facets around a seed that a first fit takes.
+#: Facets around a seed that a first fit takes. Chosen, not measured.
 _AROUND = 60
 #: Facets about a seed without a find that are no seeds themselves: two rings. Of more, a seed
 #: beside the rim would use up a face's own.
 _GIVEN_UP = 10
-#: Neighbours across sharper edges than this are not looked at for a first fit, cosine.
+#: Neighbours across sharper edges than this are not looked at for a first fit, cosine. Chosen, not
+#: measured.
 _CORNER = np.cos(np.radians(60.0))
-#: Flat faces above this share of the surface are no facets of a curved one.
+#: Flat faces above this share of the surface are no facets of a curved one. Chosen, not measured.
 _FLAT_FACE = 0.02
 
 

@@ -12,7 +12,7 @@ from gradedesign.case.suggest import instead, listed
 from gradedesign.errors import CaseError
 from gradedesign.part.file_faces import FileFaces
 
-#: How many numbers a message lists.
+#: How many numbers a message lists. Chosen, not measured.
 _LISTED = 20
 
 

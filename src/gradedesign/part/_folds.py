@@ -13,7 +13,8 @@ from gradedesign.part._manifold import manifold_shells
 from gradedesign.part._nesting import facet_areas, flat_shells
 from gradedesign.part._orient import split_shells
 
-#: Beside a fold, solid is looked for this many tolerances away from it, on both sides.
+#: Beside a fold, solid is looked for this many tolerances away from it, on both sides. Chosen, not
+#: measured.
 _BESIDE = 10.0
 
 

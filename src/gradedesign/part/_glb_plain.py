@@ -16,7 +16,7 @@ _NUMBERS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, 
 #: Modes of a primitive in glTF 2.0 (5.24.4).
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _KEPT = ("asset", "scene", "scenes", "nodes", "meshes", "accessors", "bufferViews", "materials")
-#: An assembly that repeats its bodies may grow to no more triangles.
+#: An assembly that repeats its bodies may grow to no more triangles. Chosen, not measured.
 _MOST_TRIANGLES = 20_000_000
 
 

@@ -13,11 +13,12 @@ from gradedesign.part._edges import face_edges
 
 #: A rim of at most this many edges comes from one or two missing facets.
 _FEW_EDGES = 4
-#: Rims shorter than this share of the part's diagonal are small.
+#: Rims shorter than this share of the part's diagonal are small. Chosen, not measured.
 _SMALL_RIM = 0.01
-#: Largest change of volume that closing a hole may mean, as a share of the part's.
+#: Largest change of volume that closing a hole may mean, as a share of the part's. Chosen, not
+#: measured.
 _VOLUME_SHARE = 0.005
-#: Missing facets beyond this share of those present are no accident.
+#: Missing facets beyond this share of those present are no accident. Chosen, not measured.
 _MISSING_SHARE = 0.05
 
 

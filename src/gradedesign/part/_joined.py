@@ -28,7 +28,7 @@ _FARTHER, _GAP_SHARE = 2.0, 1e-10
 #: Singular values below this share are left out where a corner moves out of several faces: it
 #: moves no more than twenty times as far as each of them.
 _LEAST_SINGULAR = 0.05
-#: Pairs of solids that a message lists.
+#: Pairs of solids that a message lists. Chosen, not measured.
 _LISTED = 3
 
 

@@ -11,7 +11,7 @@ from gradedesign.part._face_filters import FacedPart, Match, direction
 from gradedesign.part.place_words import number, place
 from gradedesign.part.smooth_faces import SmoothFace
 
-#: How many faces a message lists.
+#: How many faces a message lists. Chosen, not measured.
 _LISTED = 5
 
 

@@ -12,9 +12,10 @@ from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import PartError
 from gradedesign.part._nesting import Nesting
 
-#: A disconnected component below this share of the largest one's volume is a fragment.
+#: A disconnected component below this share of the largest one's volume is a fragment. Chosen, not
+#: measured.
 FRAGMENT_SHARE = 1e-3
-#: Fragments above this share of the other volume together are no fragments.
+#: Fragments above this share of the other volume together are no fragments. Chosen, not measured.
 FRAGMENTS_SHARE = 1e-2
 
 

@@ -24,9 +24,9 @@ from gradedesign.part._threemf_object import ThreemfObject
 from gradedesign.part._threemf_roles import BodyRole, ThreemfRoles
 from gradedesign.part.file_body import NEGATIVE, FileBody
 
-#: Components in components no deeper than this.
+#: Components in components no deeper than this. Chosen, not measured.
 _DEEPEST = 32
-#: Where all components are placed, no more meshes and triangles than these.
+#: Where all components are placed, no more meshes and triangles than these. Chosen, not measured.
 _MOST_MESHES, _MOST_TRIANGLES = 100_000, 20_000_000
 #: Objects that a message lists; chosen, not measured.
 _LISTED = 12

@@ -16,8 +16,9 @@ from xml.parsers import expat
 from gradedesign.errors import PartError
 
 #: Limits of what a package may unpack to: bytes of all parts, the growth of one, and entries.
+#: Chosen, not measured.
 MOST_BYTES, MOST_GROWTH, MOST_ENTRIES = 1 << 30, 100, 1000
-#: The growth of parts below this size is not checked, bytes.
+#: The growth of parts below this size is not checked, bytes. Chosen, not measured.
 _SMALL = 1 << 20
 #: Bytes that are unpacked between two looks at the limits. Chosen, not measured.
 _CHUNK = 1 << 20

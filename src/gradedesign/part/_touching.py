@@ -13,9 +13,11 @@ from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.mesh.contacts import Contacts, find_contacts
 from gradedesign.mesh.winding import winding_numbers
 
-#: Beside a contact, solid is looked for this many margins away from it, on both sides.
+#: Beside a contact, solid is looked for this many margins away from it, on both sides. Chosen, not
+#: measured.
 _BESIDE = 10.0
-#: Places of two patches in contact that are looked at, those of the largest facets.
+#: Places of two patches in contact that are looked at, those of the largest facets. Chosen, not
+#: measured.
 _SAMPLES = 3
 
 

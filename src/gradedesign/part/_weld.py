@@ -15,7 +15,7 @@ from gradedesign.part._edges import face_edges, odd_edge_count
 
 #: A gap this many times as wide as what lies on its one side cuts off what is on the other.
 _GAP = 10.0
-#: Share of the corners that may be astray.
+#: Share of the corners that may be astray. Chosen, not measured.
 _STRAY_SHARE = 0.01
 #: Flips for each facet without area, after which the rest is left as it is.
 _MOST_FLIPS = 20

@@ -18,7 +18,7 @@ from gradedesign.part.file_faces import NO_FACE, FileFaces
 from gradedesign.part.smooth_faces import SmoothFace, SmoothFaces, mean_normal
 
 #: Surfaces of faces that meet are one where they agree this well: sine of an angle, and lengths as
-#: a share of the part's diagonal.
+#: a share of the part's diagonal. Chosen, not measured.
 _SAME_ANGLE, _SAME_PLACE = 1e-5, 1e-6
 _OTHER = ExactSurface(kind="other")
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 #: A body that takes material away from those before it.
 NEGATIVE = "negative volume"
-#: Names in one text; result.json and the report have all.
+#: Names in one text; result.json and the report have all. Chosen, not measured.
 _MOST_NAMES = 12
 
 

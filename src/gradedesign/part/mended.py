@@ -23,7 +23,8 @@ Mend: TypeAlias = Callable[
     [FloatArray, IntArray], tuple[NDArray[Any], NDArray[Any], Mapping[str, int]]
 ]
 
-#: Share of the volume that a repairer may change beyond what was missing in holes.
+#: Share of the volume that a repairer may change beyond what was missing in holes. A flat filling
+#: can cut off what stood on a hole: 8,000 in place of 12,000 mm^3. Chosen, not measured.
 _VOLUME_SHARE = 0.01
 
 

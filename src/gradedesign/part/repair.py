@@ -29,9 +29,9 @@ from gradedesign.part.raw_triangles import require_finite
 
 log = logging.getLogger(__name__)
 
-#: Corners closer than this share of the diagonal are one vertex.
+#: Corners closer than this share of the diagonal are one vertex. Chosen, not measured.
 WELD_SHARE = 1e-6
-#: A part thinner than this share of its diagonal is flat.
+#: A part thinner than this share of its diagonal is flat. Chosen, not measured.
 _FLAT_SHARE = 1e-7
 #: Diagonals, mm, outside of which the unit is probably wrong.
 _USUAL_DIAGONALS = (1.0, 5000.0)

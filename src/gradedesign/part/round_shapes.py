@@ -15,7 +15,7 @@ from gradedesign.part._face_filters import AXIS_ANGLE, HALF_ANGLE
 from gradedesign.part.slots import HALF, Slot, find_slots, is_half
 from gradedesign.part.smooth_faces import SmoothFace, SmoothFaces
 
-#: Diameters, widths and lengths that differ by less than this share are one.
+#: Diameters, widths and lengths that differ by less than this share are one. Chosen, not measured.
 _SAME_SIZE = 0.005
 #: Kinds in the order in which they are listed.
 KINDS = (

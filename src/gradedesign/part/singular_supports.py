@@ -25,7 +25,7 @@ NORMAL_DEG = 1.0
 #: smooth face: the mirrored part has a notch there of at most 90 degrees, whose singularity is that
 #: of a crack to a tenth (exponents 0.5 and 0.46; Williams, J. Appl. Mech. 19, 526-528, 1952).
 SMOOTH_DEG = 45.0
-#: Corners closer than this share of the part's longest edge are one.
+#: Corners closer than this share of the part's longest edge are one. Chosen, not measured.
 _SAME = 1e-7
 
 

@@ -14,7 +14,7 @@ from gradedesign.part.smooth_faces import SmoothFace, SmoothFaces
 #: Degrees around their axes that round ends may cover: facets lie between, and the first of a flat
 #: side may pass for one of an end.
 HALF = (150.0, 210.0)
-#: Axes of the ends may be off by so much, sine of 3 degrees.
+#: Axes of the ends may be off by so much, sine of 3 degrees. Chosen, not measured.
 _TURNED = np.sin(np.radians(3.0))
 #: Ends of one slot have one diameter, and faces lie in its wall, within this share of its width:
 #: what facets of a remeshed end may lie inside its circle.

@@ -24,7 +24,7 @@ log = logging.getLogger(__name__)
 #: Edges that turn by more, degrees, part two faces; facets of a hole must turn by no more, so a
 #: hole of 12 facets is the coarsest that is known as a cylinder.
 _SHARP_DEG = 30.0
-#: Mean normals shorter than this point nowhere, as on a full cylinder.
+#: Mean normals shorter than this point nowhere, as on a full cylinder. Chosen, not measured.
 _NOWHERE = 1e-3
 
 

@@ -17,7 +17,7 @@ log = logging.getLogger(__name__)
 #: Bytes before the first triangle: 80 of text and the count.
 _HEADER = 84
 _RECORD = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-#: Some exporters append a few bytes; more than this is not an afterthought.
+#: Some exporters append a few bytes; more than this is not an afterthought. Chosen, not measured.
 _MOST_TRAILING = 1024
 
 #: First bytes of files that get renamed to .stl, lower case where they are text.

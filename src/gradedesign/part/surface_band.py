@@ -15,9 +15,11 @@ from gradedesign.part import _band_list_kernels as kernels
 from gradedesign.part._surface_band_kernels import BandArrays, banded_distances
 from gradedesign.part.signed_distance import SurfaceDistance
 
-#: Cubes of the first level hold this many of the last along each axis, as a power of two.
+#: Cubes of the first level hold this many of the last along each axis, as a power of two. Chosen,
+#: not measured.
 LEVELS = 4
-#: Cubes whose lists are made at once, with room for all triangles of their parents.
+#: Cubes whose lists are made at once, with room for all triangles of their parents. Chosen, not
+#: measured.
 _AT_ONCE = 1 << 18
 #: Most cubes of the last level: about 100 MB are taken.
 MOST_CUBES = 12_000_000

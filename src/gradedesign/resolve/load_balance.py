@@ -18,7 +18,7 @@ from gradedesign.mesh.surface_mesh import enclosed_centroid
 from gradedesign.part.part import Part
 from gradedesign.part.regions import Region
 
-#: Resultants below this share of what acts are taken for zero.
+#: Resultants below this share of what acts are taken for zero. Chosen, not measured.
 CANCELLED = 1e-6
 
 

@@ -18,7 +18,8 @@ SAMPLES = 1000
 #: Thickness of the plate that is named over the edge of a cell: a third of the openings between
 #: walls, which are about half an edge wide. By proportion, not measured.
 PLATE = 1 / 6
-#: Share of a region's area that may lie open: beside it the cut edges of skins and margins.
+#: Share of a region's area that may lie open: beside it the cut edges of skins and margins. Chosen,
+#: not measured.
 OPEN = 0.1
 
 

@@ -11,7 +11,7 @@ from gradedesign.lattice.domain import DesignDomain
 from gradedesign.mesh.surface_mesh import SurfaceMesh, area_vectors
 from gradedesign.verify.analysis import PlannedSolid
 
-#: Facets whose normal is this near to an axis lie on planes of a grid.
+#: Facets whose normal is this near to an axis lie on planes of a grid. Chosen, not measured.
 _ACROSS = 1.0 - 1e-6
 
 

@@ -16,7 +16,7 @@ from gradedesign.workspace.progress import report_step
 _MARGIN = 3
 #: Bytes a node that the distance and its surface take.
 _BYTES_PER_NODE = 12
-#: Grid steps along the longest edge of the part, at least.
+#: Grid steps along the longest edge of the part, at least. Chosen, not measured.
 _LEAST_STEPS = 10
 
 

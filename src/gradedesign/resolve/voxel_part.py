@@ -23,10 +23,11 @@ from gradedesign.workspace.progress import report_step
 log = logging.getLogger(__name__)
 
 #: The surface encloses the volume of the voxels within this share; better where it is reached soon.
+#: Chosen, not measured.
 VOLUME_TOLERANCE, _VOLUME_AIM = 5e-3, 1e-3
 #: Shifts of the surface, by the volume over the shift before.
 _SHIFTS = 5
-#: Width of the smoothing, over how far the surface may move.
+#: Width of the smoothing, over how far the surface may move. Chosen, not measured.
 _SIGMA = 1.0
 #: Empty voxels around the part, so that its surface closes.
 _MARGIN = 2

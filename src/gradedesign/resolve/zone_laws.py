@@ -23,7 +23,7 @@ from gradedesign.resolve.zones import ResolvedZones
 from gradedesign.resolve.zoning import Zone, Zoning, require_windows, zone_windows
 from gradedesign.workspace.progress import Event, Listener
 
-#: Below this factor on stiffness or strength of a mix a warning says so.
+#: Below this factor on stiffness or strength of a mix a warning says so. Chosen, not measured.
 POOR_MIX = 0.6
 
 

@@ -21,13 +21,13 @@ from gradedesign.part.part import Part
 from gradedesign.resolve.exclusion import exclusion_words
 from gradedesign.verify.support_zones import SupportZone
 
-#: Steps along the longest edge of a volume as pictures draw it.
+#: Steps along the longest edge of a volume as pictures draw it. Chosen, not measured.
 _DRAWN = 48
 #: The same along a zone around a support, which is thin beside it.
 _ZONE_DRAWN = 96
-#: Steps through a zone around a support.
+#: Steps through a zone around a support. Chosen, not measured.
 _THIN = 4
-#: How far below the part's faces pictures show it, over the part's diagonal.
+#: How far below the part's faces pictures show it, over the part's diagonal. Chosen, not measured.
 _BELOW = 2e-3
 
 

@@ -39,6 +39,7 @@ from gradedesign.verify.printed_body import PrintedBody
 from gradedesign.verify.whole_solid import NARROW
 
 #: A band whose half is wider than this share of its value is warned of where its limit is used.
+#: Chosen, not measured.
 UNRESOLVED = 0.10
 
 

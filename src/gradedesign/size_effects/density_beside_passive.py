@@ -14,14 +14,14 @@ from gradedesign.lattice.domain import DesignDomain, passive_at
 from gradedesign.mesh.tet_mesh import TetMesh, centroids
 from gradedesign.sizing.effective_density import EffectiveDensity
 
-#: Samples along a cell, and how many samples in all are worth the wait.
+#: Samples along a cell, and how many samples in all are worth the wait. Chosen, not measured.
 PER_CELL = 12
 #: More would take too long beside what they change. Chosen, not measured.
 MOST_SAMPLES = 40_000_000
 #: Densities at which cells are counted.
 DENSITIES = 7
 #: A neighbourhood without any solid counts as holding this share of the nominal density: stiffness
-#: must stay positive definite.
+#: must stay positive definite. Chosen, not measured.
 LEAST_SHARE = 0.1
 #: Share of a neighbourhood below which it holds no lattice at all.
 _NO_LATTICE = 1e-3

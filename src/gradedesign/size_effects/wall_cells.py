@@ -42,7 +42,7 @@ DENSITIES = 4
 #: Points along an edge of the rule that integrates profiles over a tetrahedron: 0.3 % of what 216
 #: points give on a bracket of one cell.
 RULE = 3
-#: Walls without ratios that a warning names.
+#: Walls without ratios that a warning names. Chosen, not measured.
 NAMED = 3
 _KIND = "wall-ratios"
 

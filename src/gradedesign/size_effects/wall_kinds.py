@@ -18,17 +18,20 @@ from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
 from gradedesign.part.chords import chords
 from gradedesign.part.part import Part
 
-#: A tetrahedron takes the wall of median thickness within this many cells.
+#: A tetrahedron takes the wall of median thickness within this many cells. Chosen, not measured.
 _NEIGHBOURHOOD = 0.5
-#: Tetrahedra there, about as many at most.
+#: Tetrahedra there, about as many at most. Chosen, not measured.
 _MOST_NEIGHBOURS = 500
 #: Walls whose faces lie within this many cells of each other's are one kind: the first by default.
+#: An angle block had 31 kinds and 2.2 million voxels with the first, 12 and 0.77 million with 0.2.
 ALIKE = (0.05, 0.1, 0.2, 0.4)
-#: Walls are gathered in steps of this many cells before they are compared.
+#: Walls are gathered in steps of this many cells before they are compared. Chosen, not measured.
 _SQUARE = 0.01
-#: Share of the lattice that a kind of wall must have; others take the nearest kind.
+#: Share of the lattice that a kind of wall must have; others take the nearest kind. Chosen, not
+#: measured.
 _LEAST_SHARE = 0.01
-#: A kind of wall may stand for one whose thickness differs by this many cells at most.
+#: A kind of wall may stand for one whose thickness differs by this many cells at most. Chosen, not
+#: measured.
 _NEAREST = 0.5
 #: Thicker ones, in cells, count as infinite: the effect of faces falls with one over the
 #: thickness (6 % in the membrane stiffness of five simple cubic cells whose faces cut no strut).

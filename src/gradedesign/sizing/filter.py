@@ -19,11 +19,13 @@ log = logging.getLogger(__name__)
 MOST_PAIRS = 50_000_000
 #: Pairs that are found at a time, each of which takes about 60 bytes until its weight is stored.
 PAIRS_AT_A_TIME = 2_000_000
-#: Nodes of a grid along the radius that stand for tetrahedra where there are more pairs.
+#: Nodes of a grid along the radius that stand for tetrahedra where there are more pairs. Chosen,
+#: not measured.
 NODES_PER_RADIUS = 6
 #: Nodes of that grid within the radius of one of them.
 NODES_IN_RADIUS = 925
-#: Tetrahedra whose neighbours are counted to tell the number of pairs, evenly among them.
+#: Tetrahedra whose neighbours are counted to tell the number of pairs, evenly among them. Chosen,
+#: not measured.
 COUNTED = 500
 
 

@@ -15,9 +15,10 @@ from gradedesign.arrays import FloatArray
 from gradedesign.sizing.analysed_step import analysed_step
 from gradedesign.sizing.problem import SizingProblem, SizingStep, element_densities
 
-#: A most used limit that stands below the aim by more than this share is worth lowering.
+#: A most used limit that stands below the aim by more than this share is worth lowering. Chosen,
+#: not measured.
 SPARE = 0.005
-#: Analyses at most.
+#: Analyses at most. Chosen, not measured.
 ANALYSES = 3
 #: Power of one over density with which utilisation grows, until it was seen: a large one takes
 #: small steps. Laws of bending-dominated cells have 2.

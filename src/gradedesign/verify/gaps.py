@@ -11,7 +11,7 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.part.signed_distance import surface_distance
 from gradedesign.verify.wall_thickness import ray_lengths, surface_rays
 
-#: Rays of a measurement.
+#: Rays of a measurement. Chosen, not measured.
 RAYS = 20_000
 #: Distance of the middle of a ray from the surface over half its length: less where faces meet in
 #: a notch of more than 26 degrees, whose width is 0 in its corner.

@@ -15,11 +15,12 @@ from gradedesign.workspace.limits import Deadline
 
 log = logging.getLogger(__name__)
 
-#: Edge of the mesher's tetrahedra over the surface size of the explicit analysis.
+#: Edge of the mesher's tetrahedra over the surface size of the explicit analysis. Chosen, not
+#: measured.
 EDGE_PER_SPACING = 1.2
 #: Tetrahedra for each cube of solid with their edge: where walls are two or three of them thick.
 TETS_PER_CUBE = 14.0
-#: The mesher's envelope as a share of the surface size.
+#: The mesher's envelope as a share of the surface size. Chosen, not measured.
 ENVELOPE = 0.06
 #: Chord within which the surface is first given fewer triangles, as a share of the surface size:
 #: the mesher keeps an envelope about each of them. Half of its own: 140 k triangles of gyroid

@@ -13,6 +13,7 @@ from gradedesign.cell.local_cells import local_cells
 from gradedesign.lattice.lattice import LatticeDesign
 
 #: Neighbourhoods with less solid than this share of the median one are slivers at the border.
+#: Chosen, not measured.
 LEAST_NEIGHBOURHOOD = 0.2
 
 

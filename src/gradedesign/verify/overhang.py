@@ -13,15 +13,16 @@ from gradedesign.mesh.closest import build_triangle_tree
 from gradedesign.mesh.surface_mesh import SurfaceMesh, area_vectors, corner_points
 from gradedesign.verify.wall_thickness import surface_rays
 
-#: Steps of the search for an orientation, degrees: all directions, then around the best.
+#: Steps of the search for an orientation, degrees: all directions, then around the best. Chosen,
+#: not measured.
 COARSE, FINE = 3.6, 1.8
 #: Inclinations to the plate below which the area of the surface is reported, degrees.
 INCLINATIONS = (10, 20, 30, 40, 50, 60, 70, 80, 90)
 #: Normals are gathered in boxes of this edge, a fifth of a coarse step.
 _BOX = 0.0125
-#: Rays that measure the support.
+#: Rays that measure the support. Chosen, not measured.
 RAYS = 50_000
-#: Facets lower than this share of the height lie on the plate.
+#: Facets lower than this share of the height lie on the plate. Chosen, not measured.
 _ON_PLATE = 1e-6
 #: Directions that are evaluated at a time. Bounds the memory of one step; the result does not
 #: depend on it. Chosen, not measured.

@@ -18,7 +18,7 @@ from gradedesign.verify.voids import BYTES_PER_VOXEL, STEPS_PER_THROAT, Voids, m
 from gradedesign.verify.wall_thickness import WallThickness
 from gradedesign.workspace.progress import report_step
 
-#: Voxels of the part's box where nothing that is stated asks for more.
+#: Voxels of the part's box where nothing that is stated asks for more. Chosen, not measured.
 VOXELS = 2_000_000
 #: No index of a voxel is larger.
 MOST_VOXELS = 2**31 - 1

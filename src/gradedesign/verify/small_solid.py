@@ -6,7 +6,8 @@ from gradedesign.case.run_schema import RunSpec
 from gradedesign.verify.analysis import ExplicitAnalysis, PlannedSolid
 from gradedesign.verify.spacing_for import spacing_for
 
-#: Largest spacing that walls and layers ask for over the one taken.
+#: Largest spacing that walls and layers ask for over the one taken. `size-graded` saw 18 of 24
+#: handles and 6 % more volume on the grid that walls ask for.
 FINEST = 1.7
 
 

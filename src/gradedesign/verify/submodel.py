@@ -42,7 +42,8 @@ from gradedesign.workspace.progress import report_step
 #: Lower and upper corner, mm.
 Box: TypeAlias = tuple[FloatArray, FloatArray]
 
-#: Boundary force and strain energy must match the driving analysis to this share.
+#: Boundary force and strain energy must match the driving analysis to this share. Chosen, not
+#: measured.
 MATCH = 0.03
 #: Thickness of the slab behind a cut plane in which its force is taken, over the surface size, but
 #: at most half of the box; the middle weighs most. Sample points lie inside or outside of a slab as
@@ -50,7 +51,7 @@ MATCH = 0.03
 #: the volumes of the samples there, where mean stress differs by 0.4 % and these slabs by 0.6 %
 #: (9 bricks a cell).
 SLAB = 6.0
-#: Share of a submodel's cut nodes that may find no driving displacement.
+#: Share of a submodel's cut nodes that may find no driving displacement. Chosen, not measured.
 MOST_UNDRIVEN = 0.05
 
 

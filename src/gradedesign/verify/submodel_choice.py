@@ -20,7 +20,8 @@ from gradedesign.verify.neighbourhoods import neighbourhoods
 log = logging.getLogger(__name__)
 
 #: A submodel is analysed this share of a cell beyond the cube that it judges, and is enlarged by as
-#: much; the second share is for parts with no room for the first one anywhere.
+#: much; the second share is for parts with no room for the first one anywhere. Chosen, not
+#: measured.
 BUFFERS = (0.5, 0.2)
 
 

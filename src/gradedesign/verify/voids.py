@@ -22,18 +22,18 @@ _Levels: TypeAlias = NDArray[np.integer[Any]]
 STEPS_PER_THROAT = 8.0
 #: Memory of a voxel while the ways out are found.
 BYTES_PER_VOXEL = 26
-#: Levels of width in a grid step.
+#: Levels of width in a grid step. Chosen, not measured.
 _PER_STEP = 8
 #: A voxel whose centre is this far beyond a ball, in steps, touches it: half of its diagonal, and
 #: half a step between the centres of balls.
 _TOUCH = 1.4
-#: Smaller voids are below the grid, voxels.
+#: Smaller voids are below the grid, voxels. Chosen, not measured.
 _LEAST_VOXELS = 8
 #: Percentiles of the volume by the throats that lead to it, %, and how often each is halved.
 _PERCENTILES = (5.0, 50.0)
 #: Widths are found to 2^-7 of the widest throat. Chosen, not measured.
 _HALVINGS = 7
-#: Trapped voids that are described, from the largest.
+#: Trapped voids that are described, from the largest. Chosen, not measured.
 _LISTED = 10
 
 

@@ -8,9 +8,10 @@ from gradedesign.cell.cell import Cell
 from gradedesign.verify.analysis import AnalysisEstimate, ExplicitAnalysis, PlannedSolid
 from gradedesign.verify.finite_cells import FINITE_CELLS, UNKNOWN_S
 
-#: One spacing over the next finer one.
+#: One spacing over the next finer one. Chosen, not measured.
 RATIO = 1.5
-#: Share of the stated time that one analysis may be predicted to take, beyond the first.
+#: Share of the stated time that one analysis may be predicted to take, beyond the first. Chosen,
+#: not measured.
 TIME_SHARE = 1.0 / 6.0
 #: Bytes that stay for each unknown of the iteration's analysis: weights of elements, displacements
 #: and stress at the sample points (measured 126, gyroid sheets of density 0.15, 1.1 M unknowns).

@@ -16,9 +16,9 @@ from gradedesign.verify.explicit import ExplicitResult
 from gradedesign.workspace.progress import stepping
 
 #: A band whose half is below this share of its value is narrow: where the limit lies in it, another
-#: design is looked for instead of a finer analysis.
+#: design is looked for instead of a finer analysis. Chosen, not measured.
 NARROW = 0.02
-#: Most resolutions of one design.
+#: Most resolutions of one design. Chosen, not measured.
 MOST = 4
 
 

@@ -26,7 +26,7 @@ KeyPart: TypeAlias = bytes | str | float | int | NDArray[Any]
 
 _KIND = re.compile(r"[a-z0-9][a-z0-9-]*")
 _KEY = re.compile(r"[0-9a-f]{64}")
-#: Nobody writes an entry for so long, s.
+#: Nobody writes an entry for so long, s. Chosen, not measured.
 _ABANDONED_S = 86_400.0
 _PLAIN_KINDS = frozenset("biufcSU")
 

@@ -19,7 +19,7 @@ from gradedesign.workspace.atomic import write_error, write_text
 log = logging.getLogger(__name__)
 
 LOCK_NAME, OWNER_NAME = ".lock", ".owner"
-#: For an owner that is just giving the lock back, s.
+#: For an owner that is just giving the lock back, s. Chosen, not measured.
 _PATIENCE_S = 0.2
 
 

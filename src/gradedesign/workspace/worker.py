@@ -39,7 +39,7 @@ Option: TypeAlias = float | int | str | bool
 _LAUNCHER = Path(__file__).with_name("_launch_worker.py")
 #: Instead of the names of files: load the libraries, print the address space they take, in bytes.
 _WEIGH = "--weigh"
-#: Time that loading the libraries may take, s.
+#: Time that loading the libraries may take, s. Chosen, not measured.
 _WEIGHING_S = 60.0
 
 

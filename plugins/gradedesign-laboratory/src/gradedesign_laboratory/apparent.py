@@ -28,7 +28,9 @@ BOUNDARIES: tuple[Boundary, ...] = ("displacement", "traction", "mixed", "macro-
 RESOLUTIONS = range(16, 129, 8)
 #: Voxels along the block at most: about 5 GB.
 MOST_VOXELS = 256
-#: Residuals of stiffnesses that come from energies, and of those that come from forces.
+#: Residuals of stiffnesses that come from energies, and of those that come from forces. An energy
+#: is stationary, so its error is about the square of the residual; forces err with the residual
+#: itself.
 _RTOL, _RTOL_FORCES = 1e-4, 1e-5
 #: Corners of the largest tetrahedron in a unit cube: a third of it.
 _INSCRIBED = np.array([[0.0, 1, 1, 0], [0, 1, 0, 1], [0, 0, 1, 1]])

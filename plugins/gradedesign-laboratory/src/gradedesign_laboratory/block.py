@@ -31,7 +31,8 @@ log = logging.getLogger(__name__)
 
 Condition = Literal["displacement", "traction", "mixed"]
 
-#: Stiffness given to void where the boundary carries a traction, over the base material's.
+#: Stiffness given to void where the boundary carries a traction, over the base material's. Chosen,
+#: not measured.
 VOID_STIFFNESS = 1e-3
 #: Components held on the faces x, y, z in each case of the mixed conditions. Under normal strain:
 #: the normal ones. Under shear in a plane: on the faces across it the tangential ones, as the
