@@ -25,10 +25,9 @@ from gradedesign.case.suggest import instead, shown
 from gradedesign.case.units import DIMENSIONS
 from gradedesign.errors import CaseError
 
-#: Limits that no sensible formula meets: longer ones are mistakes or attacks. Chosen, not measured.
-LONGEST = 1000
-#: Brackets in brackets: far below Python's own limit on recursion. Chosen, not measured.
-DEEPEST = 40
+#: Characters, and brackets in brackets, that no sensible formula has: mistakes or attacks. The
+#: depth is far below Python's own limit on recursion. Chosen, not measured.
+LONGEST, DEEPEST = 1000, 40
 
 #: Variables of a formula of the part, mm.
 VARIABLES = ("x", "y", "z", "d")

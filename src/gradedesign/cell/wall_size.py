@@ -35,12 +35,10 @@ from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 
 KIND = "cell-walls"
 
-#: Share of the middle surface of a sheet that may be thinner than the size returned. Chosen, not
-#: measured.
+#: Share of a sheet's middle surface that may be thinner than the result. Chosen, not measured.
 THIN_SHARE = 0.01
 
-#: Densities at which the wall is measured; a monotone cubic runs through them. Chosen, not
-#: measured.
+#: Densities at which the wall is measured; a monotone cubic between. Chosen, not measured.
 _STEPS = 13
 #: Nodes along the edge of the cube in which surfaces are found.
 _GRID = 48

@@ -18,27 +18,23 @@ from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets
 
-#: Facets of a region are turned against its surface by no more than this, degrees. Chosen, not
-#: measured.
+#: Facets of a region are turned against its surface by less, degrees. Chosen, not measured.
 _FACET_ANGLE = 40.0
 #: A mesh may lie this far from the surface: the smaller of a share of the part's diagonal and a
 #: share of the mesh size. Chosen, not measured.
 EPSILON_OF_DIAGONAL, EPSILON_OF_SIZE = 1e-3, 1 / 20
 #: Share of the part's volume by which its mesh may miss it. Chosen, not measured.
 VOLUME_TOLERANCE = 0.01
-#: Corners of region triangles closer than this share of the region's extent are one corner. Chosen,
-#: not measured.
+#: Corners of a region closer than this share of its extent are one. Chosen, not measured.
 WELD = 1e-9
-#: A facet whose centre lies this share of its size beyond the border is not in the region. Chosen,
-#: not measured.
+#: Facets centred this share of their size beyond a border are left out. Chosen, not measured.
 BEYOND = 0.01
 #: Standard deviations of a cut region's area that are allowed. Neighbours are cut alike, so that
 #: 720 pads on twelve meshes had 1.2 times the deviation of facets that are independent.
 _DEVIATIONS = 4.0
 #: Share of a region's area by which its facets may differ from it at most, however it is cut.
 _MOST_MISSING = 0.25
-#: Bricks of a box are no thinner than this share of the mesh size where regions ask for them.
-#: Chosen, not measured.
+#: Least thickness of a box's bricks over the mesh size, at borders. Chosen, not measured.
 _THIN = 0.1
 
 
