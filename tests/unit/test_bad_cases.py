@@ -135,7 +135,7 @@ WRONG = [
     ('min_wall = "0.8 mm"', 'min_wall = "0 mm"', ["above 0"]),
     ('min_wall = "0.8 mm"', 'min_wall = "0.3 m"', ["print.min_wall: found 300 mm", "50 mm at"]),
     ('mesh_size = "4 mm"', 'mesh_size = "40 mm"', ["20 mm edge of the box"]),
-    ('"60 mm", "20 mm"', '"60 mm", "-20 mm"', ["entry 2", "more than 0 mm"]),
+    ('"60 mm", "20 mm"', '"60 mm", "-20 mm"', ["entry 2", "a length above 0 mm"]),
     ('stress = "50 MPa"', 'stress = "50 MPa"\npercentile = 50', []),
     ('stress = "50 MPa"', "safety_factor = 2", ["yield_strength"]),
     ('stress = "50 MPa"', "safety_factor = 0.5", ["at least 1"]),
