@@ -12,7 +12,7 @@ _MOST_WORDS = 24
 #: A wrong value is recognised by its beginning; a message stays on one line. Chosen, not measured.
 _MOST_CHARACTERS = 60
 #: Words that a question offers, letters from which a beginning tells anything, and characters of a
-#: text that are compared.
+#: text that are compared. Chosen, not measured.
 _MOST_MEANT, _LEAST_LETTERS, _READ = 4, 3, 400
 
 

@@ -24,7 +24,7 @@ from gradedesign.case.units import DIMENSIONS
 from gradedesign.errors import CaseError
 
 Triple: TypeAlias = tuple[float, float, float]
-#: Characters of a text in which the three edges of a size are looked for.
+#: Characters of a text in which the three edges of a size are looked for. Chosen, not measured.
 _LONGEST_SIZE = 80
 JsonSchema: TypeAlias = dict[str, Any]
 

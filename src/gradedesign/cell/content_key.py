@@ -8,7 +8,7 @@ from gradedesign.cell.cell import Cell
 from gradedesign.workspace.cache import content_key
 from gradedesign.workspace.program_key import program_key
 
-#: Points of a period at which a cell's field is told from every other.
+#: Points of a period at which a cell's field is told from every other. Chosen, not measured.
 PROBES = 2000
 
 

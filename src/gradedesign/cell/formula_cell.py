@@ -19,7 +19,7 @@ from gradedesign.errors import CaseError
 AXES = ("x", "y", "z")
 KINDS = ("network", "sheet")
 SYMMETRIES = ("cubic", "tetragonal", "orthotropic", "none")
-#: Points of the cell at which a formula is tried before it is used.
+#: Points of the cell at which a formula is tried before it is used. Chosen, not measured.
 _TRIALS = 4096
 _WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 

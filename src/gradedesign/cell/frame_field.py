@@ -11,9 +11,11 @@ from gradedesign.arrays import Field, FloatArray
 from gradedesign.cell._phase_kernels import nearest_rotations
 from gradedesign.errors import CaseError, ResourceError
 
-#: Grid steps in the length over which frames are smoothed, and most elements of the grid.
+#: Grid steps in the length over which frames are smoothed, and most elements of the grid. Chosen,
+#: not measured.
 STEPS_PER_LENGTH, MOST_ELEMENTS = 2.0, 1_000_000
-#: Coarser grids first, by their step over that of the last, and passes on each.
+#: Coarser grids first, by their step over that of the last, and passes on each. Chosen, not
+#: measured.
 LEVELS = ((4, 80), (2, 80), (1, 120))
 #: A tensor this large, by percentile, counts fully; smaller ones in proportion. So that peaks at
 #: supports do not decide what counts. Chosen, not measured.

@@ -9,7 +9,8 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.cell._percolation_kernels import LARGEST, LARGEST_INDEX, SPANNING_TOTAL, flood
 
-#: Share of the solid, or of the void, that may lie in components of its own: grid noise.
+#: Share of the solid, or of the void, that may lie in components of its own: grid noise. Chosen,
+#: not measured.
 FLOATING_SHARE = 1e-3
 
 

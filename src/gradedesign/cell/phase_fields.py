@@ -25,7 +25,8 @@ MOST_NODES = 8_000_000
 #: Least number of grid steps in the smallest cell. A wave needs two samples a period at least.
 LEAST_STEPS = 2.0
 
-#: Nodes added at each end before the spline filter, which errs there by 0.27 a node.
+#: Nodes added at each end before the spline filter, which errs there by 0.27 a node. 0.27^22 is
+#: 3e-13, far below `phase_poisson.RTOL`.
 _BEYOND = 22
 
 

@@ -41,7 +41,7 @@ log = logging.getLogger(__name__)
 
 Scale = Literal["rank", "distance"]
 
-#: Weights for which the blend is tabulated, and densities of each table.
+#: Weights for which the blend is tabulated, and densities of each table. Chosen, not measured.
 _WEIGHTS, _TABLE = 17, 1001
 #: Points of a period, whose values in order give the level of every density. Chosen, not measured.
 _SAMPLES = 48**3

@@ -24,7 +24,8 @@ from gradedesign.resolve.symmetry import symmetry_data, symmetry_planes, symmetr
 
 #: Points at which the part's thickness is measured.
 _THICKNESS_PLACES = 1500
-#: Shares of the part's volume at which its thickness is reported.
+#: Shares of the part's volume at which its thickness is reported. The ends, the quartiles and the
+#: middle of the distribution.
 THICKNESS_SHARES = (5, 25, 50, 75, 95)
 
 

@@ -10,7 +10,7 @@ from types import FrameType
 
 from gradedesign.errors import Interrupted
 
-#: Seconds after which a request to end that was swallowed is made again.
+#: Seconds after which a request to end that was swallowed is made again. Chosen, not measured.
 AGAIN_S = 0.3
 
 _END_SIGNALS = (signal.SIGINT, signal.SIGTERM)

@@ -24,17 +24,19 @@ from gradedesign.workspace.compiling import compiling
 from gradedesign.workspace.limits import resident_memory_bytes
 from gradedesign.workspace.progress import Event, Step, Watch, watching
 
-#: Seconds without a line after which one is printed, where there is no terminal.
+#: Seconds without a line after which one is printed, where there is no terminal. Below the 10 s of
+#: silence that `benchmarks/bench_silence.py` allows.
 SILENCE = 7.0
 #: Seconds to the first of these lines: Python took some to start, in silence. Chosen, not measured.
 FIRST = 3.0
-#: Seconds without a line after which one is printed before a step that lets no thread run.
+#: Seconds without a line after which one is printed before a step that lets no thread run. Chosen,
+#: not measured.
 BLOCKED = 2.0
 #: Seconds between looks at the steps. Chosen, not measured.
 POLL, LIVE_POLL = 0.5, 0.5
 #: Sizing reports every iteration; only each n-th is worth a line. Chosen, not measured.
 SIZING_EVERY = 10
-#: Share and seconds of a step from which on the time left is shown.
+#: Share and seconds of a step from which on the time left is shown. Chosen, not measured.
 LEAST_SHARE, LEAST_SECONDS = 0.05, 2.0
 #: Columns of the stage's name. The longest, ``acceptance``, takes ten.
 STAGE = 12

@@ -26,7 +26,7 @@ log = logging.getLogger(__name__)
 
 #: Unknowns above which SuperLU takes minutes and gigabytes (25 s and 2.6 GiB at 56 000).
 SUPERLU_LIMIT = 60_000
-#: Share of the memory left that a factorisation may fill.
+#: Share of the memory left that a factorisation may fill. Chosen, not measured.
 MEMORY_SHARE = 0.9
 #: Error codes of Pardiso that mean a zero or negative pivot.
 PIVOT_ERROR = -4

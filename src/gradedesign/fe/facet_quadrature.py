@@ -8,7 +8,8 @@ from skfem.refdom import RefTri
 
 from gradedesign.arrays import FloatArray
 
-#: Degree up to which a traction function times a shape function is integrated exactly.
+#: Degree up to which a traction function times a shape function is integrated exactly. Chosen, not
+#: measured.
 TRACTION_DEGREE = 6
 
 

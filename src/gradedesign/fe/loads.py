@@ -38,6 +38,7 @@ from gradedesign.mesh.tet_mesh import signed_volumes
 Traction: TypeAlias = ArrayLike | Callable[[FloatArray], FloatArray]
 
 #: A region is too narrow to carry a moment when its load matrix is conditioned worse than this.
+#: Chosen, not measured.
 WORST_CONDITION = 1e10
 
 

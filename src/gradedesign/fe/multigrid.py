@@ -49,7 +49,7 @@ log = logging.getLogger(__name__)
 #: W-cycle) save a quarter of the iterations of one visit.
 LINEAR_SMOOTHING = (2, 12.0)
 COARSE_SMOOTHING = (3, 20.0)
-#: Unknowns at which coarsening stops and a factorisation takes over.
+#: Unknowns at which coarsening stops and a factorisation takes over. Chosen, not measured.
 COARSEST = 1500
 
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import PluginError
 
-#: Places closer than this, in cell units, are the same place.
+#: Places closer than this, in cell units, are the same place. Chosen, not measured.
 SAME = 1e-6
 
 #: Keeps round coordinates away from the limits between keys. The fraction of the square root

@@ -16,7 +16,8 @@ from gradedesign.finite_cell.stress import displacement_at as displacement_in
 from gradedesign.finite_cell.surface import element_table, locate
 from gradedesign.workspace.progress import report_step
 
-#: Share of the largest singular value below which directions of a combination are dropped.
+#: Share of the largest singular value below which directions of a combination are dropped. Chosen,
+#: not measured.
 DEPENDENT = 1e-10
 
 

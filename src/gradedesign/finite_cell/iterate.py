@@ -12,7 +12,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.finite_cell.operator import Operator, apply
 from gradedesign.workspace.progress import report_step
 
-#: Fewest steps over which the gain in energy estimates the error.
+#: Fewest steps over which the gain in energy estimates the error. Chosen, not measured.
 LEAST_DELAY = 8
 
 

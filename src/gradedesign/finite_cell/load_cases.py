@@ -38,7 +38,7 @@ SOFTNESS = 1e-5
 #: 0.46 M unknowns 50 iterations reach it, and 244 a residual of 1e-6.
 ENERGY = 3e-4
 #: Residual over the right-hand side at which it stops even before, and the largest accepted where
-#: nothing is known of the energy.
+#: nothing is known of the energy. Chosen, not measured.
 RESIDUAL = 1e-6
 #: Ten times the residual that is aimed at. Chosen, not measured.
 ACCEPTED = 1e-5

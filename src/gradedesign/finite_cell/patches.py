@@ -36,7 +36,8 @@ WEAK = 0.5
 #: Share of the patches' corrections that is taken: neighbouring patches overlap. Chosen, not
 #: measured.
 OVERLAP = 0.5
-#: Bricks along the edge of the blocks in which patches are assembled together.
+#: Bricks along the edge of the blocks in which patches are assembled together. Chosen, not
+#: measured.
 BLOCK = 8
 #: How far elements that share a node lie apart on a refined grid, in its bricks: from a small
 #: element to a large one before it, whose node it follows. Otherwise one.

@@ -11,7 +11,8 @@ from gradedesign.finite_cell.elements import Elements, solid_fraction
 from gradedesign.finite_cell.space import BrickSpace
 from gradedesign.finite_cell.stress import SolidPoints
 
-#: Gauss points along an edge at which quadratic bricks have their most accurate stress.
+#: Gauss points along an edge at which quadratic bricks have their most accurate stress. J. Barlow,
+#: Optimal stress locations in finite element models, Int. J. Numer. Meth. Engng 10, 1976.
 BARLOW = 2
 #: Share of solid from which an element counts as well filled. In others the points may lie in the
 #: void, far from the solid.

@@ -30,7 +30,7 @@ from gradedesign.part.regions import Region
 SPRING = 400.0
 #: A triangle this close to a grid plane, over the edge, lies on it. Chosen, not measured.
 ON_PLANE = 1e-6
-#: Share of an element's face from which a region covers it.
+#: Share of an element's face from which a region covers it. Chosen, not measured.
 COVERED = 1.0 - 1e-6
 
 

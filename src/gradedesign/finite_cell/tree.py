@@ -24,7 +24,7 @@ log = logging.getLogger(__name__)
 #: Chebyshev steps, and the part of the spectrum they damp, on every level of the tree. As on the
 #: coarse levels of `fe.multigrid`.
 SMOOTHING = (3, 20.0)
-#: Unknowns at which a factorisation takes over.
+#: Unknowns at which a factorisation takes over. Chosen, not measured.
 COARSEST = 2500
 #: Corners of a brick, x + 2 y + 4 z.
 CORNERS = np.array([[c & 1, (c >> 1) & 1, c >> 2] for c in range(8)])

@@ -40,7 +40,8 @@ STRUT_VOXELS = 2 * LEAST_VOXELS
 RTOL = 1e-4
 #: Of the directions and points of the strength surface: tables are reproducible.
 _SEED = 20261121
-#: Departure from cubic symmetry above which a family's declaration is not believed.
+#: Departure from cubic symmetry above which a family's declaration is not believed. Chosen, not
+#: measured.
 _CUBIC_SLACK = 0.02
 
 
