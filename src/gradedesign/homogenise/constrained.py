@@ -23,7 +23,8 @@ from gradedesign.homogenise.operator import (
     voxel_operator,
 )
 
-#: Conjugate gradient iterations after which a solve is given up.
+#: Conjugate gradient iterations after which a solve is given up. Ends a solve that would not
+#: converge. Chosen, not measured.
 _MOST_ITERATIONS = 3000
 
 

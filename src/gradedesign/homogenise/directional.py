@@ -11,7 +11,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.homogenise.constants import youngs_along
 
 _VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
-#: Directions from which the extremes are refined.
+#: Directions from which the extremes are refined. Chosen, not measured.
 _STARTS = 2000
 
 

@@ -35,7 +35,7 @@ STRESSED_SHARE = 0.1
 #: Exponents that are tried: the larger, the nearer the surface is to the largest of its forms.
 #: Chosen, not measured.
 EXPONENTS = (4, 6, 8, 12)
-#: Points of the cell over which percentiles are taken.
+#: Points of the cell over which percentiles are taken. Chosen, not measured.
 POINTS = 40_000
 #: Folds of the cross-validation that chooses the exponent. Chosen, not measured.
 _FOLDS = 3

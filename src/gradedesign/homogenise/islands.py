@@ -13,7 +13,8 @@ from gradedesign.errors import LatticeError
 
 log = logging.getLogger(__name__)
 
-#: Share of the solid that may be disconnected: noise of the grid, removed and reported.
+#: Share of the solid that may be disconnected: noise of the grid, removed and reported. Chosen, not
+#: measured.
 DISCONNECTED_SHARE = 1e-3
 
 _Offset = tuple[int, int, int]

@@ -27,11 +27,11 @@ from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 
 KIND = "mix-properties"
-#: Shares of the second cell at which mixes are computed.
+#: Shares of the second cell at which mixes are computed. Chosen, not measured.
 SHARES = (0.25, 0.5, 0.75)
 #: Voxels along a mix: as many as its thinnest wall needs, between these. Chosen, not measured.
 LEAST_RESOLUTION, MOST_RESOLUTION = 24, 72
-#: A mix is used from this much above the density at which it falls apart.
+#: A mix is used from this much above the density at which it falls apart. Chosen, not measured.
 ABOVE_FLOOR = 1.15
 
 

@@ -26,7 +26,8 @@ from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
 
-#: Conjugate gradient iterations after which a solve is given up.
+#: Conjugate gradient iterations after which a solve is given up. Ends a solve that would not
+#: converge. Chosen, not measured.
 _MOST_ITERATIONS = 1000
 #: Voigt order.
 PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))

@@ -23,9 +23,10 @@ LEAST_VOXELS = 3.0
 CUBE = (1.0, 1.0, 1.0)
 #: Edges of the voxel grid may be out of proportion by this: about its error in stiffness.
 EDGE_MISFIT = 5e-3
-#: Misfit below which no better numbers are looked for.
+#: Misfit below which no better numbers are looked for. Chosen, not measured.
 GOOD_FIT = 1e-3
-#: Mean difference of fill below which a cell of cubic symmetry is made exactly symmetric.
+#: Mean difference of fill below which a cell of cubic symmetry is made exactly symmetric. Chosen,
+#: not measured.
 _ROUNDING = 2e-3
 
 

@@ -17,13 +17,15 @@ from gradedesign.homogenise.constants import solid_stiffness
 from gradedesign.homogenise.operator import homogeneous_inverse, threads_for, voxel_operator
 from gradedesign.homogenise.periodic import PAIRS, conjugate_gradients
 
-#: Conjugate gradient iterations after which a solve is given up.
+#: Conjugate gradient iterations after which a solve is given up. Ends a solve that would not
+#: converge. Chosen, not measured.
 _MOST_ITERATIONS = 3000
 #: Voigt components in the plane of the wall.
 PLANE = (0, 1, 5)
 #: Transverse shear: direction in the plane, its curvature among the unit states, Voigt component.
 _TRANSVERSE = ((0, 3, 4), (1, 4, 3))
-#: Membrane stiffness over that of the solid below which the wall does not hang together.
+#: Membrane stiffness over that of the solid below which the wall does not hang together. Chosen,
+#: not measured.
 _APART = 1e-7
 
 _CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])

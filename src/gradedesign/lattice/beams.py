@@ -24,7 +24,7 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh
 RADIUS_ERROR = 0.01
 #: Most beams that a graded strut is divided into. Chosen, not measured.
 MOST_PIECES = 16
-#: Points along a strut at which its distance from the part is looked up.
+#: Points along a strut at which its distance from the part is looked up. Chosen, not measured.
 _LOOKED_UP = 9
 #: Grid steps of skin and passive solids along a cell. Chosen, not measured.
 _STEPS_PER_CELL = 24.0

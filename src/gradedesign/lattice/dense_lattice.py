@@ -20,9 +20,9 @@ from gradedesign.lattice.solid_layers import solid_layers
 from gradedesign.part.signed_distance import SurfaceDistance
 from gradedesign.part.surface_band import surface_band
 
-#: Bins along a cell in which the nearest struts are listed.
+#: Bins along a cell in which the nearest struts are listed. Chosen, not measured.
 _BINS = 32
-#: Cubes that list triangles, by the distance of samples.
+#: Cubes that list triangles, by the distance of samples. Chosen, not measured.
 _CUBES = 2.0
 
 

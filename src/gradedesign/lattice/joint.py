@@ -14,7 +14,8 @@ from gradedesign.arrays import BoolArray, FloatArray
 REACH = 2.0
 #: Step of numerical gradients, in radii: the curvature of cells is far below its inverse.
 _STEP = 1e-3
-#: Cosine of the normals from which two faces count as parallel, and have no corner.
+#: Cosine of the normals from which two faces count as parallel, and have no corner. Chosen, not
+#: measured.
 _PARALLEL = 0.999
 #: Gradients below this, mm per mm, are those of a ridge or of the middle of a void. Chosen, not
 #: measured.

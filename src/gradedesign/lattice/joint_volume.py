@@ -15,7 +15,7 @@ from gradedesign.workspace.progress import report_step
 
 #: Points of the part's box: the volume of joints of 1 % of it is then right to about 1 %.
 POINTS = 200_000
-#: Points of every tetrahedron at which its share of joints is counted.
+#: Points of every tetrahedron at which its share of joints is counted. Chosen, not measured.
 INTERIOR_POINTS = 20
 #: Points that are evaluated at a time. Bounds the memory of one step; the result does not depend on
 #: it. Chosen, not measured.

@@ -33,7 +33,8 @@ BLOCKS, BLOCKS_OF_LONG_PERIODS = 12, 4
 #: Samples along an edge of a block; levels and shares between 0 and 1 that are tabulated. Chosen,
 #: not measured.
 SAMPLES, LEVELS, SHARES = 4, 257, 17
-#: Rounds in which levels are changed, at most, and the error at which they end.
+#: Rounds in which levels are changed, at most, and the error at which they end. Chosen, not
+#: measured.
 ROUNDS, SETTLED = 60, 1e-3
 #: Growth of a cell's solid with its level, 1 on the whole, that a change counts on at least.
 #: Chosen, not measured.

@@ -9,7 +9,7 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.errors import LatticeError
 
-#: Depths at which struts are looked for, along a cell.
+#: Depths at which struts are looked for, along a cell. Chosen, not measured.
 _PER_CELL = 24
 #: How often the distance of these depths is halved about the best one. Chosen, not measured.
 _HALVINGS = 3

@@ -19,11 +19,12 @@ from gradedesign.part.npy_file import read_npy
 
 log = logging.getLogger(__name__)
 
-#: Pairs of node and point in memory at once.
+#: Pairs of node and point in memory at once. Chosen, not measured.
 _MOST_PAIRS = 4_000_000
 #: Most pairs that are evaluated, some minutes of work.
 _MOST_WORK = 20_000_000_000
 #: Characters of the longest line, and memory for every character: its share of four numbers.
+#: Chosen, not measured.
 _LONGEST_LINE, _BYTES_PER_CHARACTER = 1000, 16
 #: Memory for a node of the grid, and for a point.
 _BYTES_PER_NODE, _BYTES_PER_POINT = 96, 120

@@ -14,7 +14,8 @@ from gradedesign.arrays import Field, FloatArray
 #: a wall over 1.7 walls, one of 40 over 1.2. Between them the wall that is asked for falls to
 #: nothing, so that a trim ends without a step. Chosen.
 _FLAT, _STEEP = 30.0, 40.0
-#: Samples through a wall, below a face; the surface is found between them linearly.
+#: Samples through a wall, below a face; the surface is found between them linearly. Chosen, not
+#: measured.
 _SAMPLES = 8
 #: Step of differences over the wall: forward ones, of distances and of the field about mm. Chosen,
 #: not measured.
@@ -24,7 +25,8 @@ _STEP = 1e-3
 _ASIDE = np.array([[0.011], [-0.017], [0.023]])
 #: Least gradient, where a field has a kink. Chosen, not measured.
 _LEAST = 1e-9
-#: Faces that meet in a corner, and the cosine above which two of them are one.
+#: Faces that meet in a corner, and the cosine above which two of them are one. Chosen, not
+#: measured.
 _FACES, _SAME = 3, 0.9
 
 

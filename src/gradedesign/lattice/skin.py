@@ -10,7 +10,7 @@ from gradedesign.arrays import Field, FloatArray
 from gradedesign.errors import LatticeError
 from gradedesign.fields.algebra import gradient
 
-#: Steps by which the slope of a varying thickness is taken, mm.
+#: Steps by which the slope of a varying thickness is taken, mm. Chosen, not measured.
 _STEP = 1e-4
 
 

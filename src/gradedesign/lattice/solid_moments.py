@@ -20,7 +20,8 @@ from gradedesign.lattice.drain import drain_value
 from gradedesign.lattice.skin import skin_value
 from gradedesign.mesh.tet_mesh import TetMesh
 
-#: Pieces of every edge of a tetrahedron between which distances to the solid are linear.
+#: Pieces of every edge of a tetrahedron between which distances to the solid are linear. Chosen,
+#: not measured.
 DIVISIONS = 4
 #: Tetrahedra that are evaluated at a time. Bounds the memory of one step; the result does not
 #: depend on it. Chosen, not measured.

@@ -28,9 +28,11 @@ log = logging.getLogger(__name__)
 #: The lattice is contoured this many grid steps beyond the part before it is cut. Chosen, not
 #: measured.
 OVERHANG = 2.0
-#: Rounds in which inner edges of skins are left as contoured where triangles cross.
+#: Rounds in which inner edges of skins are left as contoured where triangles cross. Chosen, not
+#: measured.
 ROUNDS = 4
-#: Before, edges of this share of the grid step are collapsed there, which unfolds most.
+#: Before, edges of this share of the grid step are collapsed there, which unfolds most. Chosen, not
+#: measured.
 FOLDS = (0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
 #: Triangles that a collapse changes lie within this many grid steps of those that crossed. Chosen,
 #: not measured.

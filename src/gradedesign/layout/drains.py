@@ -23,7 +23,7 @@ from gradedesign.part.part import Part
 from gradedesign.part.signed_distance import region_distance
 from gradedesign.workspace.progress import report_step
 
-#: Depths along a drain, per radius, at which a void is looked for.
+#: Depths along a drain, per radius, at which a void is looked for. Chosen, not measured.
 _PER_RADIUS = 8
 #: A mouth's rim may leave the surface by this share of its radius. Chosen, not measured.
 _RIM = 0.2

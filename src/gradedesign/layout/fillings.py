@@ -37,8 +37,9 @@ STEPS = 8.0
 #: Most nodes of a grid. Chosen, not measured.
 MOST_NODES = 3e8
 #: Places on the surface of a cavity from which balls are tried, and the rounds that move the best.
+#: Chosen, not measured.
 _PLACES, _ROUNDS = 4000, 40
-#: Share of the diameter by which a ball may be too large.
+#: Share of the diameter by which a ball may be too large. Chosen, not measured.
 _FITS = 1e-3
 
 

@@ -15,7 +15,7 @@ from gradedesign.errors import CaseError
 from gradedesign.lattice.density_grid import DensityGrid, evaluate
 from gradedesign.part.part import Part
 
-#: Iterations in which cells may turn in order to keep size and shape.
+#: Iterations in which cells may turn in order to keep size and shape. Chosen, not measured.
 ROTATION_FREE = 3
 
 

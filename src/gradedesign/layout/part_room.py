@@ -17,7 +17,7 @@ from gradedesign.layout.placed_map import REPORT_POINTS
 from gradedesign.part.part import Part
 from gradedesign.part.raw_triangles import UNIT_MM
 
-#: Longest edge of a part, mm, outside which its unit is questioned.
+#: Longest edge of a part, mm, outside which its unit is questioned. Chosen, not measured.
 USUAL_EDGE = (1.0, 1e4)
 #: A part of exactly one cell may come out a rounding error shorter.
 _ROUNDING = 1e-6

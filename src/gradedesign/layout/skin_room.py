@@ -21,7 +21,7 @@ from gradedesign.part.part import Part
 PLACES, SEED = 20_000, 1414
 #: Rounding of a formula that states its bounds itself, as clamp does.
 _ROUNDING = 1e-9
-#: Share of its faces below which a skin may fill the part without a word.
+#: Share of its faces below which a skin may fill the part without a word. Chosen, not measured.
 _LITTLE = 0.005
 
 

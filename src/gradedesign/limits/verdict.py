@@ -14,7 +14,7 @@ from gradedesign.limits.key import LimitKey
 from gradedesign.limits.limit import Limit
 from gradedesign.limits.row import LimitRow
 
-#: A limit used to this share makes the design the lightest that was found.
+#: A limit used to this share makes the design the lightest that was found. Chosen, not measured.
 TIGHT = 0.97
 #: Accepted over explicit value of a limit.
 Factors: TypeAlias = Mapping[LimitKey, float]

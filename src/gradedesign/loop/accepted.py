@@ -46,7 +46,8 @@ from gradedesign.verify.yielding import yielding_words
 from gradedesign.workspace.limits import Deadline
 from gradedesign.workspace.run_folder import RunFolder
 
-#: Utilisation of stress from which submodels give the next design a useful factor.
+#: Utilisation of stress from which submodels give the next design a useful factor. Chosen, not
+#: measured.
 NEARLY = 0.85
 #: Utilisation of stress up to which submodels wait for the last design: twice what the finite cells
 #: find, where submodels found 0.94 to 1.04 times that (docs/decisions/verify.md).

@@ -11,9 +11,10 @@ from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import Factors, all_hold, with_factors
 from gradedesign.loop.iteration_steps import TARGET
 
-#: Iterations in which the corrected model has its chance first.
+#: Iterations in which the corrected model has its chance first. Chosen, not measured.
 ENOUGH = 3
 #: Two designs whose masses differ by more than this share, over the heavier one, are too far apart.
+#: Chosen, not measured.
 CLOSE = 0.05
 #: Ways that are this near to an end lead to a design that is known. Chosen, not measured.
 LEAST_WAY = 0.02

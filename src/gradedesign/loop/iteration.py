@@ -37,6 +37,7 @@ from gradedesign.verify.correction import (
 from gradedesign.workspace.progress import Event, Listener, ignore, report_step
 
 #: Iterations after which a miss is taken for scatter, and the most room that is left for it.
+#: Chosen, not measured.
 SCATTERED_ITERATIONS, MOST_ROOM = 3, 0.08
 #: A density counts as at its lower bound within this relative distance. Chosen, not measured.
 AT_BOUND = 1e-3

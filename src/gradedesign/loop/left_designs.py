@@ -16,7 +16,8 @@ from gradedesign.loop.ended import TIGHT_END, Ended, enclosed_end
 from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.loop_stages import Judged, Stages
 
-#: Least utilisation of a limit at which acceptance of a design corrects the next one.
+#: Least utilisation of a limit at which acceptance of a design corrects the next one. Chosen, not
+#: measured.
 NEAR = 0.88
 #: A design with this expected utilisation may hold: factors of two acceptances differ by 1 to 3 %.
 MAY_HOLD = 1.02

@@ -25,7 +25,7 @@ from gradedesign.verify.whole_resolution import first_spacing, judged_seconds
 #: Without a solid analysis, sizing is taken to end at this share of the window of densities.
 #: Chosen, not measured.
 USUAL_SHARE = 1.0 / 3.0
-#: Densities between which the law is read.
+#: Densities between which the law is read. Chosen, not measured.
 SAMPLES = 65
 
 

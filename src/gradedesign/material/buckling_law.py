@@ -13,7 +13,8 @@ from gradedesign.material.buckling_table import BucklingTable
 _BISECTIONS = 50
 #: Utilisations below this count as none. Keeps quotients finite.
 _NO_UTILISATION = 1e-30
-#: Exponent of density with which critical stresses grow beyond the densest computed cell.
+#: Exponent of density with which critical stresses grow beyond the densest computed cell. Those of
+#: slender struts grow with its square, of walls with its cube: 1 is on the safe side.
 GROWTH_BEYOND = 1.0
 
 

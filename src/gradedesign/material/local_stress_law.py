@@ -13,13 +13,15 @@ from gradedesign.errors import DensityError
 from gradedesign.material.strength_surface import StrengthSurface
 
 #: Densities between which the least sufficient one is bracketed before it is found by bisection.
+#: Chosen, not measured.
 _SCAN = 129
 #: Bisections of a density, to 2^-40 of an interval of the scan: far finer than sizing needs.
 _BISECTIONS = 40
 #: Points whose curves are held at once. Bounds the memory; the result does not depend on it.
 #: Chosen, not measured.
 _BATCH = 20_000
-#: Shares of the percentile's stress below which all of the cell is stressed more.
+#: Shares of the percentile's stress below which all of the cell is stressed more. Chosen, not
+#: measured.
 _NO_STRESS = 1e-12
 #: Rounding error by which a density may leave the window, as for laws.
 _SLACK = 1e-9

@@ -33,7 +33,7 @@ _NO_USE = 1e-30
 _NEGLIGIBLE = 0.01
 #: Uses that differ by this share are equal: as exact as the search for the direction.
 _RTOL = 1e-3
-#: Densities at which the least resistance of a law is kept.
+#: Densities at which the least resistance of a law is kept. Chosen, not measured.
 _KNOTS = 64
 #: Of the search for a density; a power law needs one.
 _MOST_STEPS = 40

@@ -17,7 +17,7 @@ from gradedesign.material.stiffness_constants import constant_errors
 
 _Curve = Callable[[FloatArray], FloatArray]
 
-#: Densities at which a law is checked when it is made.
+#: Densities at which a law is checked when it is made. Chosen, not measured.
 _CHECKS = 201
 
 

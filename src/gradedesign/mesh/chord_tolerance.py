@@ -23,7 +23,8 @@ PASSES, LEAST_GAIN = 100, 2e-3
 #: Share of the tolerance within which samples stay: between them the surface is farther off, by
 #: up to half of that where triangles become twice as long, less where they become longer.
 _SAMPLED = 0.6
-#: Rounds in which vertices near crossings are kept, before the tolerance is refused.
+#: Rounds in which vertices near crossings are kept, before the tolerance is refused. Chosen, not
+#: measured.
 ROUNDS = 4
 
 

@@ -12,7 +12,8 @@ from gradedesign.arrays import BoolArray, FloatArray, IntArray, locked, read_onl
 from gradedesign.errors import MeshError
 from gradedesign.mesh import _closest_kernels as kernels
 
-#: Twice the area over the square of the longest side below which a triangle counts as flat.
+#: Twice the area over the square of the longest side below which a triangle counts as flat. Chosen,
+#: not measured.
 FLAT = 1e-12
 
 

@@ -8,7 +8,8 @@ from scipy.spatial import cKDTree
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.mesh.surface_mesh import SurfaceMesh, area_vectors, corner_points
 
-#: Angle up to which two facets may lie on one plane, rad; their corners decide.
+#: Angle up to which two facets may lie on one plane, rad; their corners decide. Chosen, not
+#: measured.
 _PARALLEL = 1e-4
 #: Planes of a vertex whose directions differ less than this are one for its shift: rounding of
 #: facets, beside edges of 1 degree and more.

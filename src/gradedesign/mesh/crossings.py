@@ -9,7 +9,7 @@ from gradedesign.mesh import _crossing_kernels as kernels
 from gradedesign.mesh.closest import build_triangle_tree
 from gradedesign.mesh.triangle_cells import CellGrid, triangle_cells
 
-#: From as many triangles on they are searched by the cells of a grid.
+#: From as many triangles on they are searched by the cells of a grid. Chosen, not measured.
 MANY = 200_000
 #: Triangles of a printed surface that reach less than this beyond each other only touch, mm. A
 #: micrometre, below the detail of any printer.

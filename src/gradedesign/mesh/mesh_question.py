@@ -14,7 +14,8 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.mesh.unbalanced_edges import unbalanced_edge_count
 from gradedesign.workspace.worker import Option
 
-#: Quality at which fTetWild stops improving (AMIPS energy).
+#: Quality at which fTetWild stops improving (AMIPS energy). fTetWild's own default (Hu et al.
+#: 2020).
 STOP_ENERGY = 10.0
 
 

@@ -27,7 +27,7 @@ plotter.close()
 raise SystemExit(0 if image.min() != image.max() else 3)
 """
 
-#: Seconds for which an answer in the user's cache is valid.
+#: Seconds for which an answer in the user's cache is valid. Chosen, not measured.
 _BELIEVED_S = 86_400.0
 #: Environment variables that change what VTK draws with.
 _STEERING = re.compile(r"DISPLAY|WAYLAND_DISPLAY|(VTK|LIBGL|MESA|GALLIUM|EGL|_*GLX?|CUDA)_.*")

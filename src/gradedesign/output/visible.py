@@ -9,7 +9,7 @@ import numpy as np
 from gradedesign.output._visible_kernels import front_triangles
 from gradedesign.output.scene import SIZE, Frame, Layer
 
-#: Layers of fewer triangles are drawn as they are.
+#: Layers of fewer triangles are drawn as they are. Chosen, not measured.
 FEW = 100_000
 #: Samples along the side of a pixel; odd, so that its centre is one.
 SAMPLES = 3

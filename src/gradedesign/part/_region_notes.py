@@ -13,7 +13,8 @@ from gradedesign.part.regions import Region
 #: A surface that makes this angle with ``facing`` is a side and no longer the face that was meant,
 #: degrees; more than the 45 degrees at which a rounded edge ends and its neighbour begins.
 TURNED_AWAY = 60.0
-#: Share of a region's area that may be turned away without a word, as rounded rims are.
+#: Share of a region's area that may be turned away without a word, as rounded rims are. Chosen, not
+#: measured.
 TURNED_SHARE = 0.05
 
 

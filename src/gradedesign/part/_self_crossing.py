@@ -21,10 +21,12 @@ from gradedesign.part._nesting import manifold_of, mesh_of, shell_volume
 from gradedesign.part._orient import shell_labels, split_shells
 
 #: Volume counted too often or too little, as a share of the part's, that is reported, not mended.
+#: Chosen, not measured.
 NEGLIGIBLE = 1e-3
-#: Farthest that the volume of the union may be from the one found along rays, as a share.
+#: Farthest that the volume of the union may be from the one found along rays, as a share. Chosen,
+#: not measured.
 _AGREEMENT = 2e-3
-#: Cuts one behind the other, and pieces, after which a shell is given up.
+#: Cuts one behind the other, and pieces, after which a shell is given up. Chosen, not measured.
 _MOST_CUTS, _MOST_PIECES = 24, 500
 #: Where a cut passes between the ends of a piece: off the middle, where parts have faces.
 _CUT = 0.5 + 0.2 / np.pi**2

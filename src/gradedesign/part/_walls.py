@@ -49,12 +49,13 @@ _MOST_FITS = 12
 #: lies as close to a cylinder along its side.
 _LOOSE_SPAN = 170.0
 #: Part of its rim across which the surface may go on smoothly: more, and it is a band of a sphere
-#: or a torus.
+#: or a torus. Chosen, not measured.
 _OPEN_RIM = 0.3
 #: A wall of more rows of facets than this is a cylinder though its rim is rounded: on a sphere or a
 #: torus the corners of a second row lie off by four times the chord error of the first.
 _ROWS = 3.0
-#: A surface goes on smoothly along the axis where the neighbours tilt by these angles.
+#: A surface goes on smoothly along the axis where the neighbours tilt by these angles. Chosen, not
+#: measured.
 _TILTED = np.radians([1.0, 35.0])
 #: A facet that faces along the axis is no sliver of the wall, cosine. Chosen, not measured.
 _UPRIGHT = 0.9999

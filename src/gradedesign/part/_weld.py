@@ -13,13 +13,14 @@ from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import PartError
 from gradedesign.part._edges import face_edges, odd_edge_count
 
-#: A gap this many times as wide as what lies on its one side cuts off what is on the other.
+#: A gap this many times as wide as what lies on its one side cuts off what is on the other. Chosen,
+#: not measured.
 _GAP = 10.0
 #: Share of the corners that may be astray. Chosen, not measured.
 _STRAY_SHARE = 0.01
-#: Flips for each facet without area, after which the rest is left as it is.
+#: Flips for each facet without area, after which the rest is left as it is. Chosen, not measured.
 _MOST_FLIPS = 20
-#: Pairs of corners within the tolerance that fit in memory.
+#: Pairs of corners within the tolerance that fit in memory. Chosen, not measured.
 _MOST_PAIRS = 20_000_000
 
 

@@ -14,6 +14,7 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
 from gradedesign.mesh.winding import winding_numbers
 
 #: Corners of a void by which the solid around it is found: one may lie on another's surface.
+#: Chosen, not measured.
 _PLACES = 16
 
 

@@ -8,7 +8,8 @@ from gradedesign.arrays import BoolArray, FloatArray
 
 #: Points this far outside a triangle, over its size, count as on it: rays through an edge hit.
 _EDGE = 1e-9
-#: Boxes along each side of the table that tells which triangles cover no point.
+#: Boxes along each side of the table that tells which triangles cover no point. Chosen, not
+#: measured.
 _BOXES = 256
 
 

@@ -33,7 +33,7 @@ log = logging.getLogger(__name__)
 WELD_SHARE = 1e-6
 #: A part thinner than this share of its diagonal is flat. Chosen, not measured.
 _FLAT_SHARE = 1e-7
-#: Diagonals, mm, outside of which the unit is probably wrong.
+#: Diagonals, mm, outside of which the unit is probably wrong. Chosen, not measured.
 _USUAL_DIAGONALS = (1.0, 5000.0)
 #: Farther from the origin than this many diagonals, single precision loses the shape.
 _FAR = 1e3

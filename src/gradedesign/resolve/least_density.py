@@ -11,7 +11,7 @@ from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.verify.analysis import ExplicitAnalysis, PlannedSolid
 from gradedesign.verify.whole_resolution import TIME_SHARE, seconds, whole_estimates
 
-#: Densities at which the window is looked at.
+#: Densities at which the window is looked at. Chosen, not measured.
 SAMPLES = 400
 #: Iterations that a run is predicted to take where it may: most reach a used limit in two to four.
 USUAL_ITERATIONS = 3

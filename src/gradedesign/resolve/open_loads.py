@@ -11,9 +11,9 @@ from gradedesign.lattice.domain import LATTICE, DesignDomain, phase_at
 from gradedesign.part.part import Part
 from gradedesign.part.regions import Region
 
-#: Depth below a region at which solid is looked for, over the edge of a cell.
+#: Depth below a region at which solid is looked for, over the edge of a cell. Chosen, not measured.
 DEPTH = 1e-3
-#: Points of a region at which it is looked for, at least.
+#: Points of a region at which it is looked for, at least. Chosen, not measured.
 SAMPLES = 1000
 #: Thickness of the plate that is named over the edge of a cell: a third of the openings between
 #: walls, which are about half an edge wide. By proportion, not measured.

@@ -25,7 +25,7 @@ from gradedesign.verify.printability import (
 from gradedesign.verify.voids import BYTES_PER_VOXEL
 from gradedesign.verify.wall_thickness import WallThickness
 
-#: Share of the memory that the voxels of the checks may take.
+#: Share of the memory that the voxels of the checks may take. Chosen, not measured.
 _MEMORY_SHARE = 0.5
 #: Percentiles that limits are set on, %.
 _THIN, _NARROW = "5", "5"

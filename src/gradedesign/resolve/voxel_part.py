@@ -25,7 +25,7 @@ log = logging.getLogger(__name__)
 #: The surface encloses the volume of the voxels within this share; better where it is reached soon.
 #: Chosen, not measured.
 VOLUME_TOLERANCE, _VOLUME_AIM = 5e-3, 1e-3
-#: Shifts of the surface, by the volume over the shift before.
+#: Shifts of the surface, by the volume over the shift before. Chosen, not measured.
 _SHIFTS = 5
 #: Width of the smoothing, over how far the surface may move. Chosen, not measured.
 _SIGMA = 1.0

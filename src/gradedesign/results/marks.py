@@ -23,7 +23,7 @@ from gradedesign.verify.support_zones import SupportZone
 
 #: Steps along the longest edge of a volume as pictures draw it. Chosen, not measured.
 _DRAWN = 48
-#: The same along a zone around a support, which is thin beside it.
+#: The same along a zone around a support, which is thin beside it. Chosen, not measured.
 _ZONE_DRAWN = 96
 #: Steps through a zone around a support. Chosen, not measured.
 _THIN = 4

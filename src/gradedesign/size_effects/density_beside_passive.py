@@ -18,12 +18,12 @@ from gradedesign.sizing.effective_density import EffectiveDensity
 PER_CELL = 12
 #: More would take too long beside what they change. Chosen, not measured.
 MOST_SAMPLES = 40_000_000
-#: Densities at which cells are counted.
+#: Densities at which cells are counted. Chosen, not measured.
 DENSITIES = 7
 #: A neighbourhood without any solid counts as holding this share of the nominal density: stiffness
 #: must stay positive definite. Chosen, not measured.
 LEAST_SHARE = 0.1
-#: Share of a neighbourhood below which it holds no lattice at all.
+#: Share of a neighbourhood below which it holds no lattice at all. Chosen, not measured.
 _NO_LATTICE = 1e-3
 #: Densities about a single one.
 _AROUND = np.array([0.98, 1.02])

@@ -37,7 +37,7 @@ MOST_VOXELS = 300_000
 #: Voxels of all walls of a part: where they take more, walls that differ more are taken for one.
 #: Two idle processors compute 200,000 in a minute at four densities.
 MOST_TOGETHER, MOST_MINUTES = 900_000, 5
-#: Densities between the bounds at which ratios are computed.
+#: Densities between the bounds at which ratios are computed. Chosen, not measured.
 DENSITIES = 4
 #: Points along an edge of the rule that integrates profiles over a tetrahedron: 0.3 % of what 216
 #: points give on a bracket of one cell.

@@ -10,7 +10,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.sizing.problem import SizingProblem, SizingStep
 
 #: The move limit of a variable whose steps alternate shrinks by one factor, down to a share of the
-#: common one, and grows by the other while they do not.
+#: common one, and grows by the other while they do not. Chosen, not measured.
 CALMER, BOLDER, LEAST_CALM = 0.7, 1.2, 0.1
 #: Where a limit beyond its aim gains less than the first in as many iterations as the second, all
 #: densities rise by its utilisation over its aim, and by the third at least: the densest lattice

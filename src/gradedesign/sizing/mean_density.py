@@ -27,6 +27,7 @@ EXPONENT = 1.5
 #: A step beyond the density that `EXPONENT` predicts, so that it lands on the other side.
 BEYOND = 1.03
 #: Relative width of the density interval at which the search ends where a utilisation jumps.
+#: Chosen, not measured.
 SAME_DENSITY = 1e-5
 #: A utilisation that grows with density by more than this share is no rounding of the solver.
 RISE = 1e-4

@@ -34,7 +34,8 @@ BASE_BYTES, BYTES_PER_UNKNOWN, BYTES_PER_BRICK = 300_000_000, 480, 100
 FINER, VOLUME_TOLERANCE = 0.8, 0.04
 #: What keeps this share on finer bricks is no fault of the grid. Chosen, not measured.
 SAME_LOSS = 0.8
-#: Points at which the volume of the field is counted, and the seed of their places.
+#: Points at which the volume of the field is counted, and the seed of their places. Chosen, not
+#: measured.
 VOLUME_POINTS, VOLUME_SEED = 500_000, 2007
 
 

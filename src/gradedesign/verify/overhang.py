@@ -16,7 +16,8 @@ from gradedesign.verify.wall_thickness import surface_rays
 #: Steps of the search for an orientation, degrees: all directions, then around the best. Chosen,
 #: not measured.
 COARSE, FINE = 3.6, 1.8
-#: Inclinations to the plate below which the area of the surface is reported, degrees.
+#: Inclinations to the plate below which the area of the surface is reported, degrees. Chosen, not
+#: measured.
 INCLINATIONS = (10, 20, 30, 40, 50, 60, 70, 80, 90)
 #: Normals are gathered in boxes of this edge, a fifth of a coarse step.
 _BOX = 0.0125
