@@ -7,7 +7,8 @@ import re
 from gradedesign.case.suggest import shown
 from gradedesign.case.value_types import JsonSchema, Quantity, Reader, Refused
 
-#: Edges of a cell, mm: from what the finest printers draw to what fills a room.
+#: Edges of a cell, mm: from what the finest printers draw to what fills a room. Chosen, not
+#: measured.
 CELL_SPAN = (1e-3, 1e5)
 
 

@@ -29,7 +29,7 @@ _QUANTITY = re.compile(
     re.ASCII,
 )
 #: Angles, degrees, that are recognised when stated in radians. Of numbers with two decimals only
-#: 1.57, 2.62 and 3.14 are taken for one.
+#: 1.57, 2.62 and 3.14 are taken for one. Chosen, not measured.
 _USUAL_ANGLES = (30.0, 45.0, 60.0, 90.0, 120.0, 135.0, 150.0, 180.0)
 _REPLACED = (
     ("²", "^2"),

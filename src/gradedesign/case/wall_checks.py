@@ -10,6 +10,7 @@ from gradedesign.case.problems import Problem
 from gradedesign.case.run_schema import RunSpec
 
 #: Thinnest wall and layer, mm, of the coarsest printers, which lay beads of concrete or weld metal.
+#: Chosen, not measured.
 MOST_LEAST_WALL = 50.0
 #: Elements along the shortest edge of a cell, at least: two for its solid and two for its void.
 LEAST_ELEMENTS = 4

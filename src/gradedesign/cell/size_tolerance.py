@@ -16,11 +16,11 @@ SIZE_TOLERANCE, ANGLE_TOLERANCE = 0.02, np.radians(0.9)
 #: Passes, and by how much each oversteps the way to the tolerances. Chosen, not measured.
 PASSES, OVERSTEP = 60, 1.8
 #: Sizes that most of a map misses by more than this no continuous map follows: there, tolerances
-#: only trade shear for size.
+#: only trade shear for size. Chosen, not measured.
 NEAR, NEAR_SHARE = 0.10, 0.95
 #: Elements up to which the passes are worth their time, 13 s of one processor for 90,000.
 MOST_ELEMENTS = 250_000
-#: With this many axes within 5 % of their size there is nothing to weigh.
+#: With this many axes within 5 % of their size there is nothing to weigh. Chosen, not measured.
 KEPT_SHARE = 0.97
 
 

@@ -46,6 +46,7 @@ ACCEPTED = 1e-5
 #: more. Chosen, not measured.
 MAX_ITERATIONS = 400
 #: Error of a dual in the energy norm at which its iteration stops: it weighs an error estimate.
+#: Chosen, not measured.
 DUAL_ENERGY = 1e-2
 
 

@@ -15,7 +15,7 @@ from gradedesign.finite_cell.stress import SolidPoints
 #: Optimal stress locations in finite element models, Int. J. Numer. Meth. Engng 10, 1976.
 BARLOW = 2
 #: Share of solid from which an element counts as well filled. In others the points may lie in the
-#: void, far from the solid.
+#: void, far from the solid. Chosen, not measured.
 WELL_FILLED = 0.5
 #: Where a symmetric tensor has xx, yy, zz, yz, zx, xy.
 _FULL = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])

@@ -37,6 +37,7 @@ _SEED = 20261122
 #: where round struts meet, the local stress grows with refinement without end, and with it a mode
 #: in the corner alone: its load falls as one over the resolution, 0.0021, 0.0013, 0.0010 E at 16,
 #: 24, 32 voxels for a simple cubic frame of density 0.1 in shear. That is no number of the cell.
+#: Chosen, not measured.
 MOST_CHANGE = 0.25
 #: Local von Mises stress, over Young's modulus, at which any base material has long yielded: the
 #: metals of the library do at 0.003 to 0.0075, its polymers at 0.02 to 0.03.

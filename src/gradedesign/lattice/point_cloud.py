@@ -21,7 +21,7 @@ log = logging.getLogger(__name__)
 
 #: Pairs of node and point in memory at once. Chosen, not measured.
 _MOST_PAIRS = 4_000_000
-#: Most pairs that are evaluated, some minutes of work.
+#: Most pairs that are evaluated, some minutes of work. Chosen, not measured.
 _MOST_WORK = 20_000_000_000
 #: Characters of the longest line, and memory for every character: its share of four numbers.
 #: Chosen, not measured.

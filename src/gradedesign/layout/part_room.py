@@ -24,7 +24,7 @@ _ROUNDING = 1e-6
 #: Bytes for each node of the density grid, with what its smoothing holds at a time.
 _BYTES_PER_NODE = 64.0
 #: Cells along a part, from its thinnest bar to the finest foam that is designed: where another unit
-#: of the part is offered.
+#: of the part is offered. Chosen, not measured.
 _USUAL_CELLS = (2.0, 300.0)
 #: Nodes of the density grid along a cell. Chosen, not measured.
 _NODES_PER_CELL = 4

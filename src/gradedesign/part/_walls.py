@@ -35,6 +35,7 @@ _SCATTER = 3.0
 #: A facet spans no more than this around the axis: holes of 12 facets are the coarsest.
 _WIDEST = np.radians(31.0)
 #: The sine by which a facet must face the axis or away from it: the flat end of a hole does not.
+#: Chosen, not measured.
 _FACING = 0.02
 #: Facets of a cone face as it does within the first of these angles; within this share of the
 #: angle to its axis where that is less, since the flat end of a flat cone faces much as it does.
@@ -43,7 +44,8 @@ _CONE_FACING, _CONE_SHARE = np.radians(20.0), 0.6
 _INLIERS = 0.7
 #: A wall goes this far around its axis, degrees, with so many facets. Chosen, not measured.
 _SPAN, _LEAST_FACETS = 45.0, 8
-#: A wall is fitted again until it stays, mostly three times; so often at most.
+#: A wall is fitted again until it stays, mostly three times; so often at most. Chosen, not
+#: measured.
 _MOST_FITS = 12
 #: One whose corners lie off by the chord error of facets goes around half at least: less of a cone
 #: lies as close to a cylinder along its side.

@@ -15,8 +15,8 @@ from gradedesign.verify.whole_resolution import TIME_SHARE, seconds, whole_estim
 SAMPLES = 400
 #: Iterations that a run is predicted to take where it may: most reach a used limit in two to four.
 USUAL_ITERATIONS = 3
-#: Share of the stated time that these and acceptance may be predicted to take: sizing and stress
-#: in body-fitted meshes take the rest.
+#: Share of the stated time that these and acceptance may be predicted to take: sizing and stress in
+#: body-fitted meshes take the rest. Chosen, not measured.
 RUN_SHARE = 0.75
 
 

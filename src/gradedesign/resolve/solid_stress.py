@@ -19,6 +19,7 @@ from gradedesign.verify.support_zones import evaluated_at
 #: elements across, missed 0.68 of it at most; times 1.25, as `banded.SAFETY`.
 OF_DEVIATION = 0.85
 #: Half the band over the value at least: the displacements behind it are right to half a per cent.
+#: Chosen, not measured.
 LEAST = 0.005
 #: Change of stress over that of the volume that the mesh lacks or adds: in bending it goes with the
 #: square of a thickness, to which a volume is proportional.

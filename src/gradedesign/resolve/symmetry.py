@@ -26,7 +26,8 @@ FLAT = 1e-5
 #: be free, which cannot be in a part that goes on beyond it.
 COVERED = 0.999
 #: Share of places near a plane that may be solid on one side and void on the other in cells that
-#: count as mirrored: grid points at the very surface of a wall round either way.
+#: count as mirrored: grid points at the very surface of a wall round either way. Chosen, not
+#: measured.
 ASKEW = 0.01
 
 

@@ -26,6 +26,7 @@ from gradedesign.limits.key import KeyedValues, LimitKey
 #: other runs had -0.1 to 0.6.
 SCATTER, SPREAD = 0.1, 0.3
 #: Discrepancies of the governing limit, largest first, above which a design keeps these shares.
+#: Chosen, not measured.
 TRUST = ((0.10, 0.85), (0.05, 0.70))
 
 

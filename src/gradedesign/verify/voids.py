@@ -18,7 +18,8 @@ from gradedesign.verify._void_kernels import FAR, squared_distances, widest_ways
 
 _Levels: TypeAlias = NDArray[np.integer[Any]]
 
-#: Grid steps across the narrowest throat that is told from a closed one, at least.
+#: Grid steps across the narrowest throat that is told from a closed one, at least. Chosen, not
+#: measured.
 STEPS_PER_THROAT = 8.0
 #: Memory of a voxel while the ways out are found.
 BYTES_PER_VOXEL = 26
@@ -30,6 +31,7 @@ _TOUCH = 1.4
 #: Smaller voids are below the grid, voxels. Chosen, not measured.
 _LEAST_VOXELS = 8
 #: Percentiles of the volume by the throats that lead to it, %, and how often each is halved.
+#: Chosen, not measured.
 _PERCENTILES = (5.0, 50.0)
 #: Widths are found to 2^-7 of the widest throat. Chosen, not measured.
 _HALVINGS = 7

@@ -15,7 +15,8 @@ MEMORY_EXIT = ResourceError.exit_code
 LOG_NAME, READY_NAME, PEAK_NAME = "log.txt", "ready", "peak.txt"
 #: Exit code after SIGKILL, a name that Windows lacks.
 _KILLED = -9
-#: A worker that held this share of its limit when it was killed had no memory left.
+#: A worker that held this share of its limit when it was killed had no memory left. Chosen, not
+#: measured.
 _NEAR_LIMIT = 0.8
 #: Messages of libraries that cannot get address space, for arrays, stacks or their own code.
 _OUT_OF_MEMORY = (
