@@ -183,7 +183,7 @@ class _Parser:
         return self.tokens[self.at]
 
     def take(self, *words: str) -> str:
-        """The next token if it is one of the words, else nothing."""
+        """Return the next token and advance if it is one of the words, else an empty text."""
         word = self.next_token()[0]
         if word not in words or not word:
             return ""

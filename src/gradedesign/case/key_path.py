@@ -75,7 +75,7 @@ def with_values(data: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str,
 
 
 def _require_entry(place: Any, key: Key, depth: int) -> None:
-    """Raise unless a table, or a list with that entry, stands where a key leads through."""
+    """Raise unless the path of a key leads through existing tables and list entries."""
     part, so_far = key[depth], dotted(key[:depth])
     if isinstance(part, int):
         if not isinstance(place, list):

@@ -143,7 +143,7 @@ class Allowed(Reader):
 
 
 def in_number(allowed: float | SolidMultiple) -> float:
-    """The allowed value; not a number where only the solid analysis can tell."""
+    """The allowed value as a number; NaN if it depends on the solid analysis."""
     return math.nan if isinstance(allowed, SolidMultiple) else allowed
 
 

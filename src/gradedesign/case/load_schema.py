@@ -33,7 +33,7 @@ _NO_RIGID = (
 
 
 def axis_prescription(letters: str) -> Prescribed:
-    """The prescription that holds some of x, y and z at zero."""
+    """Prescription that holds the named components at zero."""
     x, y, z = (0.0 if axis in letters else None for axis in "xyz")
     return x, y, z
 
@@ -171,7 +171,7 @@ class LoadSpec(Table):
 
     @property
     def is_zero(self) -> bool:
-        """Whether nothing acts."""
+        """Whether all values of the load are zero."""
         return not any(self._values())
 
     @model_validator(mode="after")

@@ -28,7 +28,7 @@ class _Span:
     ends: str
 
     def remark(self, value: float) -> str:
-        """A sentence on a value in internal units that lies outside; empty for any other."""
+        """Warn of a value in internal units outside the usual range; empty if it is inside."""
         shown = value / DIMENSIONS[self.dimension].units[self.unit]
         if self.least <= shown <= self.most:
             return ""
@@ -61,7 +61,7 @@ _SPANS = (
 
 
 def material_warnings(spec: MaterialSpec) -> Iterator[Problem]:
-    """Warnings about stated values that no solid has."""
+    """Warnings about stated values outside those of all dense solids."""
     for span in _SPANS:
         value = getattr(spec, span.key)
         if value is not None and (remark := span.remark(value)):

@@ -119,7 +119,7 @@ def problems_of(
 
 
 def without_meant(problems: Sequence[Problem]) -> Iterator[Problem]:
-    """Leave out keys that are missing where a wrong word beside them stands for them."""
+    """Drop problems of missing keys that a misspelt key beside them explains."""
     stated = {(*p.key[:-1], word) for p in problems if p.word for word in meant(p.word, p.choices)}
     yield from (p for p in problems if not (p.missing and p.key in stated))
 

@@ -138,7 +138,7 @@ def _as_typed(text: str) -> tuple[str, ...]:
 
 
 def _meant_degrees(number: float) -> float:
-    """The usual angle in degrees that a number of radians stands for; 0 for none.
+    """Usual angle in degrees that a number in radians equals; 0 if there is none.
 
     Within a thousandth, as three digits have it: 0.785, 1.047 and 1.571 are 45, 60 and 90 degrees.
     """
@@ -147,7 +147,7 @@ def _meant_degrees(number: float) -> float:
 
 
 def number_in(value: object) -> float | None:
-    """The plain number that a text stands for, such as 0.2 for "20 %"; None without one."""
+    """Plain number that a text states, such as 0.2 for "20 %"; None if it states none."""
     try:
         return parse_quantity(value, "number") if isinstance(value, str) else None
     except CaseError:

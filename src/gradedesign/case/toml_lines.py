@@ -43,7 +43,7 @@ class _NotToml(Exception):  # noqa: N818  control flow of this file, never seen 
 
 
 def key_lines(text: str) -> dict[Key, int]:
-    r"""Map every key of a TOML text to the line it stands on.
+    r"""Line number of every key of a TOML text.
 
     Parameters
     ----------

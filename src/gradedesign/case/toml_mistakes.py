@@ -114,7 +114,7 @@ def _bare_entry(value: str) -> str:
 
 
 def _twice(rows: Sequence[str], row: int) -> str:
-    """Where a key or a table stands for the first time."""
+    """Say where a key or table that is repeated first occurs."""
     header = _HEADER.match(rows[row])
     if header is not None:
         for n, line in enumerate(rows[:row]):

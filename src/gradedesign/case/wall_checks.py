@@ -17,7 +17,7 @@ LEAST_ELEMENTS = 4
 
 
 def grid_problems(lattice: CellsSpec, run: RunSpec) -> Iterator[Problem]:
-    """Find a stated grid of the explicit analysis in which cells cannot be told.
+    """Find a stated grid of the explicit analysis that is too coarse for the cells.
 
     Yields
     ------

@@ -17,7 +17,7 @@ _DIFFERENCES = ("cell", "parameters", "density")
 
 
 class ZoneSpec(PlaceSpec):
-    """A place, and what is different there; where zones overlap, the last one counts."""
+    """A region with its own cell or density; where zones overlap the last one counts."""
 
     region: RegionName | None = None
     """All within ``within`` of the faces of this region."""

@@ -251,7 +251,7 @@ def _moved(u: FloatArray, shift: tuple[float, float, float]) -> FloatArray:
 
 
 def _both_sheets(first: Cell, second: Cell, scale: Scale) -> bool:
-    """Whether both families tell the sides of their middle surface, on a scale from it."""
+    """Whether both families know the sides of their middle surface and are mixed by rank."""
     signed = first.family.signed is not None and second.family.signed is not None
     return signed and scale == "rank"
 

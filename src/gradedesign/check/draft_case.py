@@ -200,7 +200,7 @@ size = "{draft.cell_size:g} mm"  # half of the part's mean thickness
 
 
 def _identity(path: Path, stated: Mapping[str, str]) -> CaseIdentity:
-    """A case of nothing but a part."""
+    """Identity of a case that has only a part."""
     # The part is copied beside its case, wherever a link leads.
     context = {"folder": path.absolute().parent, "allow_outside": True}
     return CaseIdentity(

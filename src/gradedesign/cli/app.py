@@ -33,7 +33,7 @@ _DEBUG_FLAG = "--debug"
 
 
 class Commands(TyperGroup):
-    """The commands; nothing that they run may end the process but their own exit codes."""
+    """The commands; each ends with one of our exit codes, whatever it runs."""
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Names of the commands: ours, then those of plugins that can be loaded."""

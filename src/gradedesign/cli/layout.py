@@ -114,7 +114,7 @@ def _blocks(cells: Sequence[Sequence[str]], room: int) -> list[str]:
 
 
 def _is_numeric(column: Sequence[str]) -> bool:
-    """Every cell begins like a number, or says that there is none."""
+    """Whether every cell of a column begins like a number or is a dash."""
     filled = [cell for cell in column if cell not in ("", "-")]
     return bool(filled) and all(_begins_a_number(cell) for cell in filled)
 

@@ -164,7 +164,7 @@ class ProgressLines:
             self._entered = time.monotonic()
 
     def _speak_before(self) -> None:
-        """Say where the computation stands before no thread but its own runs."""
+        """Print progress before a step during which no other thread can run."""
         if self._live is None and time.monotonic() - self._spoke >= BLOCKED:
             event = self.status()
             self._print(event.stage, event.message)

@@ -27,7 +27,7 @@ def print_text(text: str, *, hang: int = 0) -> None:
 
 
 def without_noise(values: Iterable[float], size: float) -> list[float]:
-    """Values for a person: 0 for what is rounding noise beside a size."""
+    """Values for display: 0 if they are rounding noise relative to a size."""
     return [0.0 if abs(value) < _NOISE * size else float(value) for value in values]
 
 

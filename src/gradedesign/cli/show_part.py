@@ -104,7 +104,7 @@ def point_words(point: FloatArray, size: float) -> str:
 
 
 def triple(vector: FloatArray, size: float = 0.0) -> str:
-    """Three figures, without rounding noise beside each other and beside a size."""
+    """Three figures for display, without rounding noise relative to each other and a size."""
     largest = max(float(np.abs(vector).max(initial=0.0)), size)
     return f"({', '.join(f'{v:.4g}' for v in without_noise(vector, largest))})"
 

@@ -33,7 +33,7 @@ _VALUE = re.compile(r'(\s*value\s*=\s*)("[^"]*"|[^#\s]+)([^\n]*)')
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
-    """One expected quantity of one case beside what came out.
+    """An expected quantity of a case and the value of this run.
 
     ``from_run``: the expected value is one that this program gave before, no reference.
     """

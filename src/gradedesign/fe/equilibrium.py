@@ -124,5 +124,5 @@ def _imbalance(
 
 
 def _share(part: float, whole: float) -> float:
-    """Quotient; nothing of nothing is 0."""
+    """Quotient that is 0 for 0 / 0."""
     return part / whole if whole > 0.0 else (0.0 if part == 0.0 else np.inf)

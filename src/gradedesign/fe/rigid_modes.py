@@ -140,7 +140,7 @@ def require_held(space: TetSpace, fixed: BoolArray, name: str) -> None:
 
 
 def free_modes(points: FloatArray, fixed: BoolArray) -> tuple[str, ...]:
-    """Rigid motions of one piece that no fixed component sees, in words.
+    """Describe the rigid motions of one piece that its supports leave free.
 
     Parameters
     ----------

@@ -54,7 +54,7 @@ def segment_symmetry(
 def _maps(
     ends: FloatArray, thickness: FloatArray, sides: FloatArray, operation: FloatArray
 ) -> bool:
-    """Whether an operation followed by some shift takes the struts to themselves."""
+    """Whether an operation, followed by some shift, maps the struts onto themselves."""
     middle, kind = ends.mean(axis=1), _kinds(ends, thickness, sides)
     moved, moved_kind = (
         middle @ operation.T,
@@ -71,7 +71,7 @@ def _maps(
 
 
 def _kinds(ends: FloatArray, thickness: FloatArray, sides: FloatArray) -> IntArray:
-    """Whole numbers that are equal for struts alike but for their place, ``(m, ...)``."""
+    """Integers that are equal for struts that differ in their position only, ``(m, ...)``."""
     steps = np.asarray(np.rint(sides * 1e6), dtype=np.int64)
     for column in (2, 1, 0):
         order = np.argsort(steps[:, :, column], axis=1, kind="stable")

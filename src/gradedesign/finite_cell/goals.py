@@ -142,7 +142,7 @@ def _dual_imbalance(
     lame: tuple[float, float],
     places: ResidualPlaces,
 ) -> tuple[Imbalance, BoolArray]:
-    """Tractions of a dual out of balance with its own, and where they count, ``(3, m)``.
+    """Unbalanced tractions of the dual solution, and a mask ``(3, m)`` of those that count.
 
     Those of a single point are no traction: its surroundings are left out.
     """
@@ -159,7 +159,7 @@ def _dual_imbalance(
 
 
 def _forced(case: LoadCaseSpecification) -> bool:
-    """Whether forces alone act: then the work tells the error."""
+    """Whether only forces act, so that the work of the loads estimates the error."""
     moved = any(value for fix in case.fix for value in fix.displacement)
     return not (moved or case.temperature_change)
 

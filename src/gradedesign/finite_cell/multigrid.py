@@ -57,7 +57,7 @@ HANGING_CHUNK = 512
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Preconditioner:
-    """Everything one cycle takes.
+    """Matrices, levels and patches of one multigrid cycle.
 
     Attributes
     ----------

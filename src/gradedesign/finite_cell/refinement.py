@@ -78,7 +78,7 @@ def _coarse_blocks(grading: Field, grid: Grid, planes: Sequence[Plane]) -> BoolA
 
 
 def _largest_bodies(elements: Elements, space: BrickSpace, bodies: int) -> Elements:
-    """Elements of the largest connected components, by volume; those given where there is no more.
+    """Elements of the largest components by volume; all if there is one component.
 
     Raises
     ------

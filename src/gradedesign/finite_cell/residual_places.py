@@ -167,7 +167,7 @@ def _neighbours(elements: Elements, axis: int) -> list[tuple[IntArray, IntArray]
 
 
 def _solid_beside(elements: Elements, axis: int, side: int) -> FloatArray:
-    """Share of solid beside parts of a face, ``(n, 4)``: of the sub-cells that touch it."""
+    """Share of solid in the sub-cells next to each part of a face, ``(n, 4)``."""
     count = len(elements.position)
     share = np.ones((count, BLOCKS, BLOCKS, BLOCKS), dtype=np.float32)
     cut = elements.share.reshape(-1, BLOCKS, BLOCKS, BLOCKS) * BLOCKS**3

@@ -72,7 +72,7 @@ def solid_parts(elements: Elements, most: int | None = None) -> SolidParts:
 
 
 def points_of(parts: SolidParts, chosen: slice | IntArray = slice(None)) -> SolidPoints:
-    """Centroids of the solid in some of the sub-cells, with the volume that each stands for."""
+    """Centroids of the solid in some sub-cells, with their volumes."""
     elements, count = parts.elements, BLOCKS**3
     number = parts.number[chosen].astype(np.int64)
     element, part = np.divmod(number, count)

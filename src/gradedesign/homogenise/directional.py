@@ -44,7 +44,7 @@ def compliance_tensor(stiffness: FloatArray) -> FloatArray:
 
 
 def transverse_range(stiffness: FloatArray, direction: FloatArray) -> TransverseRange:
-    """Shear modulus and Poisson's ratio about directions, exactly.
+    """Exact extremes of shear modulus and Poisson's ratio across given directions.
 
     Parameters
     ----------

@@ -68,7 +68,7 @@ class BucklingLimit(Limit):
         )
 
     def _outside(self, density: FloatArray, element: int) -> str:
-        """How the density of an element lies outside the computed ones; empty: it does not."""
+        """Say how an element's density is outside the computed ones; empty if it is inside."""
         low, high = (
             float(np.broadcast_to(end, density.shape)[element]) for end in self.law.buckling_window
         )

@@ -144,7 +144,7 @@ class LimitRow:
 
     @property
     def undecided(self) -> bool:
-        """The limit lies in the band: one end holds and the other does not."""
+        """Whether the limit lies inside the band, so that only one end meets it."""
         return self.band is not None and self.band.low <= self.limit <= self.band.high
 
     def _used(self, value: float) -> float:

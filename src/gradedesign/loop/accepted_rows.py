@@ -96,5 +96,5 @@ def unjudged_words(
 
 
 def without_band(rows: Sequence[LimitRow]) -> tuple[LimitRow, ...]:
-    """Rows that were analysed at one resolution only, so that nothing is known of their error."""
+    """Rows analysed at one resolution only, whose error is unknown."""
     return tuple(row for row in rows if row.band is None and not row.homogenised)

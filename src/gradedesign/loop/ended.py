@@ -204,7 +204,7 @@ def refused_end(iterations: Sequence[DesignIteration], error: GradeDesignError) 
 
 
 def stuck(iterations: Sequence[DesignIteration]) -> bool:
-    """The design breaks a limit and is the last one again: no iteration can change it."""
+    """Whether a design that breaks a limit equals the last one: no iteration changes it."""
     if len(iterations) < 2 or iterations[-1].summary.passed:
         return False
     return bool(np.abs(iterations[-1].rho - iterations[-2].rho).max() < SAME_DENSITY)

@@ -199,7 +199,7 @@ def compared(
     analysed: Analysed,
     lesson: Lesson,
 ) -> Iteration:
-    """Predicted beside explicit values of a design, without number and seconds of its iteration."""
+    """Predicted and explicit values of a design, without number and duration."""
     result, rows, explicit = analysed.result, lesson.rows, lesson.explicit
     discrepancies = dict(discrepancy_between(predicted, explicit, governing=None).values)
     masses, division = result.masses_g, result.solved.division

@@ -92,7 +92,7 @@ class RunCost:
         return min(idle, expected), expected
 
     def reserved(self, iterations: Sequence[DesignIteration]) -> float:
-        """Seconds that stay for an acceptance when another iteration is begun, s."""
+        """Seconds to keep for an acceptance when another iteration begins."""
         if not iterations:
             return 0.0
         least, expected = self.acceptance(iterations[-1])

@@ -117,7 +117,7 @@ def labelled_difference(
 
 
 def _surface_of(solid: Any, if_empty: str) -> SurfaceMesh:
-    """Surface of the kernel's solid; an error with these words if it is empty."""
+    """Surface of a solid of the Boolean kernel; raise with the given words if empty."""
     mesh = solid.to_mesh64()
     faces = np.asarray(mesh.tri_verts).astype(np.int64)
     if len(faces) == 0:

@@ -29,7 +29,7 @@ ROUNDS = 4
 
 
 def within_chord(surface: SurfaceMesh, tolerance: float) -> SurfaceMesh:
-    """Surface over some of the vertices of another, nowhere farther from it than a tolerance.
+    """Simplify a surface so that it stays within a tolerance of the original.
 
     Vertices are removed one by one, each moved onto the neighbour from which the surface then is
     least far away (half-edge collapse), and only where the surface stays a manifold, no triangle

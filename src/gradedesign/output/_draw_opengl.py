@@ -104,7 +104,7 @@ def _add_on_top(plotter: pyvista.Plotter, mesh: Any, colour: str) -> None:
 def _add_legend_row(
     plotter: pyvista.Plotter, entry: LegendEntry, left: float, bottom: float
 ) -> None:
-    """A coloured square and what it stands for."""
+    """Add a coloured square and its meaning to the legend."""
     square = plotter.add_text(" ", position=(left, bottom), font_size=11)
     square.prop.background_color = entry.colour
     square.prop.background_opacity = 1.0

@@ -145,7 +145,7 @@ def _taken(data: memoryview, start: int, length: int, is_text: bool, name: str |
 
 
 def _decompressed(compressor: str, part: bytes, length: int, name: str | None) -> bytes:
-    """One block, of the length that is stated and no more."""
+    """Decompress one block; refuse more bytes than it states."""
     try:
         if compressor == "vtkZLibDataCompressor":
             block = zlib.decompressobj().decompress(part, length + 1)

@@ -69,7 +69,7 @@ def write_vtu(
 
 
 def _as_attribute(name: str) -> str:
-    """A name as it stands in an attribute of XML, in ASCII: the writer does not see to it."""
+    """A name escaped for an XML attribute in ASCII, which the writer does not do."""
     escaped = escape(name, {'"': "&quot;", "\t": "&#9;", "\n": "&#10;", "\r": "&#13;"})
     return escaped.encode("ascii", "xmlcharrefreplace").decode("ascii")
 

@@ -11,7 +11,7 @@ from gradedesign.part._edges import face_edges
 
 
 def drop_duplicates(faces: IntArray) -> tuple[IntArray, int]:
-    """Keep one facet of those that a file holds twice, and both where two bodies touch.
+    """Drop facets that a file holds twice, except where two bodies touch.
 
     Facets over the same three vertices belong to two bodies where every edge around them has an
     even number of facets with all of them: always if they face each other, and if they face the

@@ -17,7 +17,7 @@ _LISTED = 20
 
 
 def marked_triangles(spec: RegionSpec, file_faces: FileFaces | None, region: str) -> BoolArray:
-    """Triangles ``(m,)`` that every key on the file's faces takes.
+    """Triangles ``(m,)`` selected by every key on faces of the file.
 
     Raises
     ------

@@ -18,7 +18,7 @@ _LISTED = 5
 def check_assertions(
     part: FacedPart, name: str, spec: RegionSpec, used: list[int], area: float
 ) -> None:
-    """Compare with ``count`` and ``area``."""
+    """Compare the selected faces with the asserted ``count`` and ``area``."""
     if spec.count is not None and len(used) != spec.count:
         raise CaseError(
             f"region.{name}.count: found {spec.count}, but the other keys fit "

@@ -107,7 +107,7 @@ def _rays(corners: FloatArray, size: float) -> int:
 
 
 def require_simple(vertices: FloatArray, faces: IntArray, source: str) -> None:
-    """Refuse a settled surface that still counts material twice or takes it off twice.
+    """Refuse a surface that still encloses some volume twice or negatively.
 
     Raises
     ------

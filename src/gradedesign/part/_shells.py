@@ -166,7 +166,7 @@ def _bounding(
 
 
 def _united(shells: _Shells, margin: float, source: str) -> tuple[_Shells, str]:
-    """Unite shells that overlap, and a remark with volumes; those that do not stay."""
+    """Unite shells that overlap and describe the change; keep the others."""
     vertices, parts, nesting = shells.vertices, shells.parts, shells.nesting
     volumes = np.array([shell_volume(vertices, part) for part in parts])
     related = nesting.overlap.copy()

@@ -63,7 +63,7 @@ class Touches:
         )
 
     def among(self, shells: IntArray, count: int) -> Touches:
-        """The pairs within some of so many shells, which are numbered anew."""
+        """Pairs between some of the shells, renumbered."""
         number = np.full(count, -1, dtype=np.int64)
         number[shells] = np.arange(len(shells))
         numbered = Touches(

@@ -239,7 +239,7 @@ def _tolerance(sheet: FacetSheet, facets: IntArray, fit: _Fit, off: FloatArray) 
 
 
 def _with_slivers(sheet: FacetSheet, wall: Wall, allowed: BoolArray) -> Wall:
-    """Add the facets beside a wall that have their corners on it, wherever they face."""
+    """Add facets beside a wall whose corners lie on it, whatever their normals."""
     cylinder = wall.cylinder
     off = _fit_of(cylinder).off(sheet.corners)
     on = off.max(axis=1) <= _ON_WALL * cylinder.radius

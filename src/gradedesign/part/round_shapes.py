@@ -179,7 +179,7 @@ def _alike(first: RoundShapes, second: RoundShapes) -> bool:
 
 
 def _group(shapes: list[RoundShapes]) -> RoundShapes:
-    """One group of shapes that are alike."""
+    """Gather equal shapes into one group."""
     first = shapes[0]
     return RoundShapes(
         kind=first.kind,

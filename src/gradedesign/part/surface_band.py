@@ -130,7 +130,7 @@ def _settled(
 def _root_lists(
     surface: SurfaceDistance, centres: FloatArray, edge: float, band: float
 ) -> tuple[IntArray, NDArray[np.int32]]:
-    """Where the lists of the largest cubes begin, and the triangles of all."""
+    """Where the list of each largest cube begins, and the triangles of all lists."""
     tree = surface.tree
     boxes = (tree.box, tree.right, tree.first, tree.count)
     start = np.zeros(centres.shape[1] + 1, dtype=np.int64)

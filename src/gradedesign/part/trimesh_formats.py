@@ -236,6 +236,6 @@ def _colors(mesh: Any) -> IntArray:
 
 
 def _number(colors: FloatArray) -> IntArray:
-    """Colours ``(..., 3 or 4)`` of 0 to 255 as numbers; transparency does not count."""
+    """Colours ``(..., 3 or 4)`` of 0 to 255 as one number each; alpha is ignored."""
     red, green, blue = np.moveaxis(np.asarray(colors)[..., :3].astype(np.int64), -1, 0)
     return np.asarray((red << 16) + (green << 8) + blue)
