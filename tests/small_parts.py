@@ -3,6 +3,7 @@
 import numpy as np
 
 from gradedesign.cell.family import CellFamily
+from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.verify.support_zones import SupportZone
 
 #: Plates on the faces of the cell, a true distance.
@@ -68,6 +69,28 @@ load = [{{region = "tip", force = [{components}]}}]
 def box_part(x, y, z, mesh_size):
     """Lines of ``[part]`` for a box, mm."""
     return f'box = ["{x} mm", "{y} mm", "{z} mm"]\nmesh_size = "{mesh_size} mm"'
+
+
+def prism(outline, triangles, height):
+    """A polygon in x and y, mm, counterclockwise with its triangles, drawn up along z."""
+    low = np.array([(x, y, 0.0) for x, y in outline])
+    high = low + np.array([0.0, 0.0, height])
+    n = len(outline)
+    sides = [
+        face
+        for k in range(n)
+        for face in ((k, (k + 1) % n, n + (k + 1) % n), (k, n + (k + 1) % n, n + k))
+    ]
+    caps = [(a + n, b + n, c + n) for a, b, c in triangles] + [(a, c, b) for a, b, c in triangles]
+    return SurfaceMesh(vertices=np.concatenate([low, high]), faces=np.array(sides + caps))
+
+
+def finned_block(thickness):
+    """A block of 24 x 12 x 12 mm with a fin 6 mm high and 12 mm long on it, from x = 12 mm on."""
+    x = 12.0 + thickness
+    outline = [(0, 0), (24, 0), (24, 12), (x, 12), (x, 18), (12, 18), (12, 12), (0, 12)]
+    triangles = [(0, 1, 2), (0, 2, 3), (0, 3, 6), (0, 6, 7), (3, 4, 5), (3, 5, 6)]
+    return prism(outline, triangles, 12.0)
 
 
 def zone_of(distance, radius, disturbed=None):

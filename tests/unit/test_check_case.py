@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from small_parts import WALLS, box_part, held_bar
+from small_parts import WALLS, box_part, finned_block, held_bar
 
 from gradedesign.case.read_case import load_case
 from gradedesign.cli import check as check_module
@@ -15,6 +15,8 @@ from gradedesign.cli.check_data import check_data
 from gradedesign.errors import CaseError, ResourceError
 from gradedesign.material.power_law import power_law
 from gradedesign.material.scaling_law import LawOrigin
+from gradedesign.output.stl import write_stl
+from gradedesign.part.box import box_surface
 from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve import part_tets as mesh_module
 from gradedesign.resolve import resolve_law as law_module
@@ -307,7 +309,7 @@ def test_a_rigid_remote_is_refused_by_name(tmp_path, key):
         read(tmp_path, text)
 
 
-@pytest.mark.parametrize(("edges", "asked"), [("0.2 mm", True), ("2 mm", False), ("90 m", True)])
+@pytest.mark.parametrize(("edges", "asked"), [("2.4 mm", True), ("12 mm", False), ("90 m", True)])
 def test_the_unit_of_a_tiny_or_huge_part_is_questioned(edges, asked, registry, tmp_path):
     text = changed(
         ('["24 mm", "12 mm", "12 mm"]', f'["{edges}", "{edges}", "{edges}"]'),
@@ -316,6 +318,57 @@ def test_the_unit_of_a_tiny_or_huge_part_is_questioned(edges, asked, registry, t
     )
     found = checked(tmp_path, text, registry)
     assert any("is its unit right?" in w for w in found.warnings) is asked
+
+
+def test_units_are_offered_in_which_a_tiny_part_has_cells(registry, tmp_path):
+    write_stl(tmp_path / "part.stl", box_surface((1.0, 0.5, 0.5)))
+    text = changed(
+        (box_part(24, 12, 12, 6), 'file = "part.stl"\nunits = "mm"\nmesh_size = "0.25 mm"'),
+        ('size = "6 mm"\nd', 'size = "0.25 mm"\nd'),
+        ("-400 N", "-0.4 N"),
+    )
+    (told,) = (w for w in checked(tmp_path, text, registry).warnings if "its unit right" in w)
+    # 0.25 mm cells: 2 to 300 of them along it are usual, which 1 m does not have.
+    assert told == (
+        'case.toml:5: part.units: the part is 1 x 0.5 x 0.5 mm; is its unit right (in "inch" '
+        '25.4, in "cm" 10 mm long)?'
+    )
+
+
+FIN = 'file = "fin.stl"\nunits = "mm"\nmesh_size = "6 mm"'
+KEPT_FIN = (
+    '[[keep]]\nbox = {lower = ["11 mm", "12 mm", "-1 mm"], upper = ["13 mm", "19 mm", "13 mm"]}\n'
+)
+
+
+@pytest.mark.parametrize(
+    ("thickness", "more", "named"),
+    [
+        (0.4, "", ["lattice.size"]),
+        (0.4, KEPT_FIN, []),
+        (0.4, '[print]\nmin_wall = "0.5 mm"\n', ["print.min_wall"]),
+        # Solid walls are no more printable than lattice.
+        (0.4, KEPT_FIN + '[print]\nmin_wall = "0.5 mm"\n', ["print.min_wall"]),
+        (0.6, '[print]\nmin_wall = "0.5 mm"\n', ["lattice.size"]),
+        (6.0, '[print]\nmin_wall = "0.5 mm"\n', []),
+    ],
+    ids=["lattice", "kept", "thin", "thin and kept", "printable", "cell"],
+)
+def test_fins_thinner_than_a_cell_or_the_printer_are_told(
+    thickness, more, named, registry, tmp_path
+):
+    write_stl(tmp_path / "fin.stl", finned_block(thickness))
+    text = changed((box_part(24, 12, 12, 6), FIN), ("[limits]", more + "[limits]"))
+    told = [w for w in checked(tmp_path, text, registry).warnings if "walls of the part" in w]
+    assert [w.split(": ")[1] for w in told] == named
+    for words in told:
+        assert words.startswith("case.toml:")
+        assert f"down to {thickness:g} mm thin at ({12 + thickness / 2:.4g}, 1" in words
+    if named == ["lattice.size"]:
+        assert "less than one cell of 6 mm" in told[0]
+        assert f"[[keep]] holds such a wall solid, cells of at most {thickness / 2:g} mm" in told[0]
+    elif named:
+        assert "less than the 0.5 mm that the printer makes" in told[0]
 
 
 def test_what_sets_the_grid_is_named(registry, tmp_path):
@@ -374,7 +427,7 @@ def test_a_check_prints_what_the_docs_show_and_draws(monkeypatch, registry, tmp_
     labels = [line.split(":")[0] for line in sample.splitlines() if line and line[0] != " "]
     assert len(labels) > 12
     # The plate has no holes, and states no passive solids.
-    for label in set(labels) - {"warning", "Holes and bosses", "Passive solids"}:
+    for label in set(labels) - {"warning", "Holes, slots, cones and bosses", "Passive solids"}:
         assert any(line.startswith(label) for line in printed.splitlines()), (label, printed)
     # Beside the run folder: a run into runs/plate finds it as it was.
     assert drawn == [Path("runs") / "plate-check" / "loads.png"]

@@ -265,9 +265,8 @@ def generated_result(
 ) -> RunResult:
     """Result record of a generated lattice, as it is written."""
     volume, islands = enclosed_volume(made.surface), made.islands
-    result = stated_result(
-        (case, registry), stated, made.slabs, (volume, islands.dropped), material
-    )
+    printed = (volume, islands.dropped, islands.dropped_share)
+    result = stated_result((case, registry), stated, made.slabs, printed, material)
     voids = {"count": islands.pockets, "volume_mm3": islands.pocket_volume}
     told: tuple[str, ...] = ()
     if case.print is None:

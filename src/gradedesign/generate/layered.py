@@ -89,7 +89,8 @@ def generate_layers(
         f"{layers.words}, density {total(slabs[0], 'surface'):.4f} of "
         f"{total(slabs[0], 'target'):.4f}",
     )
-    result = stated_result((case, registry), stated, slabs, (volume, layers.dropped), material)
+    printed = (volume, layers.dropped, layers.dropped_share)
+    result = stated_result((case, registry), stated, slabs, printed, material)
     if joints := result.measures["joints_mm3"]:
         announce.say("lattice", f"joints add {joints:.4g} mm^3")
     cell = {**result.measures["cell"], **layers.sizes}

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gradedesign.case.generate_schema import GenerateCase
+from gradedesign.generate.density_warnings import BesideCells, density_warnings
 from gradedesign.generate.generate_files import slab_data
 from gradedesign.generate.stated_cells import BuiltCells, StatedCells
 from gradedesign.lattice.joint_volume import joint_volume
@@ -51,7 +52,7 @@ def stated_result(
     request: tuple[GenerateCase, Registry],
     stated: StatedLattice,
     slabs: Sequence[SlabDensities],
-    printed: tuple[float, int],
+    printed: tuple[float, int, float],
     material: Material | None,
 ) -> RunResult:
     """Result record of a lattice.
@@ -62,30 +63,27 @@ def stated_result(
     stated : StatedLattice
     slabs : sequence of SlabDensities
         Across x, y and z.
-    printed : (float, int)
-        Volume that is printed, mm^3, and how many disconnected components were left out.
+    printed : (float, int, float)
+        Volume that is printed, mm^3, how many disconnected components were left out, and their
+        share of the volume before.
     material : Material or None
     """
-    (case, registry), (volume, dropped) = request, printed
-    warnings = [*stated.part.report.warnings, *registry.notes, *stated.report["warnings"]]
-    if dropped:
-        warnings.append(f"{dropped} floating islands were removed")
-    off = float(stated.built.transition.get("cell_density_error", 0.0))
-    if off > VOLUME_ERROR:
-        warnings.append(
-            f"a cell of the mix is off its stated density by up to {off:.1%}: its share changes "
-            "too much within a cell; a transition over more cells mends it"
-        )
-    first = stated.cells.families[0]
-    cell: dict[str, Any] = {
-        "name": first.family.name,
-        "source": first.family.source,
-        "parameters": dict(first.parameters),
-        "window": list(stated.cells.window),
-        "size_mm": list(case.lattice.size),
-        "grading": case.lattice.grading,
-        "thinnest_wall_mm": stated.wall,
-    }
+    (case, registry), (volume, dropped, loose) = request, printed
+    joints = joint_volume(stated.design)
+    beside = BesideCells(
+        loose=loose / (1.0 - loose) * volume / stated.part.volume,
+        joints=joints / stated.part.volume,
+    )
+    warnings = (
+        *stated.part.report.warnings,
+        *registry.notes,
+        *stated.report["warnings"],
+        *((f"{dropped} floating islands were removed",) if dropped else ()),
+        *_mix_warnings(stated.built),
+        *density_warnings(
+            case, stated.cells, stated.design.domain, slabs, wall=stated.wall, beside=beside
+        ),
+    )
     on = slabs[0].measured_on
     density: dict[str, Any] = {
         "target": total(slabs[0], "target"),
@@ -101,12 +99,12 @@ def stated_result(
         relative_density=volume / part.volume,
         measures={
             "density": density,
-            "cell": cell,
+            "cell": _cell_data(case, stated),
             "cell_map": dict(stated.report["cell_map"]),
             "drains": drain_data(stated.design.domain.drains),
             "transition": dict(stated.built.transition),
             "volume_mm3": volume,
-            "joints_mm3": joint_volume(stated.design),
+            "joints_mm3": joints,
         },
         repairs=part.report.changes,
         file_bodies=file_body_data(part.file_bodies),
@@ -118,4 +116,29 @@ def stated_result(
         material={} if material is None else material_data(material),
         mass_g=None if heavy is None else volume * heavy * 1e6,
         solid_mass_g=None if heavy is None else part.volume * heavy * 1e6,
+    )
+
+
+def _cell_data(case: GenerateCase, stated: StatedLattice) -> dict[str, Any]:
+    """Plain data on the first cell family."""
+    first = stated.cells.families[0]
+    return {
+        "name": first.family.name,
+        "source": first.family.source,
+        "parameters": dict(first.parameters),
+        "window": list(stated.cells.window),
+        "size_mm": list(case.lattice.size),
+        "grading": case.lattice.grading,
+        "thinnest_wall_mm": stated.wall,
+    }
+
+
+def _mix_warnings(built: BuiltCells) -> tuple[str, ...]:
+    """A warning where a cell of a transition is off its stated density."""
+    off = float(built.transition.get("cell_density_error", 0.0))
+    if off <= VOLUME_ERROR:
+        return ()
+    return (
+        f"a cell of the mix is off its stated density by up to {off:.1%}: its share changes "
+        "too much within a cell; a transition over more cells mends it",
     )

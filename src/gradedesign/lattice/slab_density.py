@@ -17,8 +17,8 @@ from gradedesign.lattice.domain import LATTICE, phase_at
 from gradedesign.lattice.lattice import LatticeDesign, density_at
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 
-#: Points of the field per slab; the volume they find is right to about 0.001.
-POINTS_PER_SLAB = 100_000
+#: Points of the field per slab, and about the error of the share of a slab that they find.
+POINTS_PER_SLAB, FIELD_ERROR = 100_000, 1e-3
 #: Points of the part's box where all slabs share them. Chosen, not measured.
 POINTS_IN_BOX = 1_000_000
 #: Points that are evaluated at a time. Bounds the memory of one step; the result does not depend on

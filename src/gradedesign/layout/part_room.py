@@ -17,8 +17,9 @@ from gradedesign.layout.placed_map import REPORT_POINTS
 from gradedesign.part.part import Part
 from gradedesign.part.raw_triangles import UNIT_MM
 
-#: Longest edge of a part, mm, outside which its unit is questioned. Chosen, not measured.
-USUAL_EDGE = (1.0, 1e4)
+#: Longest edge of a part, mm, outside which its unit is questioned: a part of 250 mm whose inches
+#: are read as mm is 10 mm long, one of 10 mm whose mm are read as m 10 m. Chosen, not measured.
+USUAL_EDGE = (10.0, 1e4)
 #: A part of exactly one cell may come out a rounding error shorter.
 _ROUNDING = 1e-6
 #: Bytes for each node of the density grid, with what its smoothing holds at a time.
@@ -36,9 +37,13 @@ def size_warnings(case: Case, part: Part) -> tuple[str, ...]:
     low, high = USUAL_EDGE
     remarks = []
     if not low <= edges.max() <= high:
-        unit = f' (units = "{case.part.units}")' if case.part.units else ""
         size = " x ".join(f"{edge:.4g}" for edge in edges)
-        remarks.append(f"the part is {size} mm{unit}; is its unit right?")
+        key = "part.units" if case.part.units else "part"
+        others = _other_units(case, float(edges.max()))
+        remarks.append(
+            f"{case.where(key)}: the part is {size} mm; is its unit right"
+            + (f" ({others} long)?" if others else "?")
+        )
     if len(case.lattice.size) == 3 and case.lattice.cell_map is None:
         along = np.ptp(turned_axes(case.lattice.rotation).T @ part.surface.vertices.T, axis=1)
         remarks += [
@@ -87,21 +92,27 @@ def require_cells_fit(case: Case | GenerateCase, part: Part) -> None:
 
 
 def _or_that_of_the_part(case: Case | GenerateCase, longest: float) -> str:
-    """Units of the part's file in which it has some cells; empty where none has."""
+    """Words on the unit of the part's file where the part has some cells in another one."""
+    others = _other_units(case, longest)
+    if not others:
+        return ""
+    return (
+        f', or [part] units = "{case.part.units}", in which the part is {longest:.4g} mm long '
+        f"({others})"
+    )
+
+
+def _other_units(case: Case | GenerateCase, longest: float) -> str:
+    """Units of the part's file in which it has some cells, with its lengths; empty where none."""
     units = case.part.units
     if case.part.file is None or units is None:
         return ""
     # One name for each size: the first one.
-    named = {size: unit for unit, size in reversed(UNIT_MM.items())}
+    named = {size: unit for unit, size in reversed(UNIT_MM.items()) if size != UNIT_MM[units]}
     lengths = {unit: longest * size / UNIT_MM[units] for size, unit in named.items()}
     low, high = (count * max(case.lattice.size) for count in _USUAL_CELLS)
     fitting = [f'"{unit}" {long:.4g}' for unit, long in lengths.items() if low <= long <= high]
-    if not fitting:
-        return ""
-    return (
-        f', or [part] units = "{units}", in which the part is {longest:.4g} mm long '
-        f"(in {', in '.join(fitting)} mm)"
-    )
+    return f"in {', in '.join(fitting)} mm" if fitting else ""
 
 
 def require_displacements_fit(case: Case, part: Part) -> None:

@@ -48,6 +48,7 @@ from gradedesign.resolve.resolve import (
     resolve_material,
 )
 from gradedesign.resolve.stated_directions import stated_directions
+from gradedesign.resolve.thin_walls import thin_wall_warnings
 from gradedesign.resolve.zones import ResolvedZone, ResolvedZones, resolve_zones
 from gradedesign.verify.analysis import ExplicitAnalysis
 from gradedesign.verify.support_zones import SupportZone
@@ -211,9 +212,7 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
         warnings=(
             *case.warnings,
             *yielding,
-            *part.report.warnings,
-            *size_warnings(case, part),
-            *skin_warnings(case, part, domain),
+            *_shape_warnings(case, part, domain, layout),
             *drain_warnings(case, drains),
             *balance_warnings(balances),
             *yielding_loads(case, part, balances, material),
@@ -221,6 +220,18 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
         ),
         narrowed=tuple(narrowed),
         support_zones=judging_zones(case, part, material, inner_points(domain), layout),
+    )
+
+
+def _shape_warnings(
+    case: Case, part: Part, domain: DesignDomain, layout: CellLayout
+) -> tuple[str, ...]:
+    """Warnings on the part as read, its size and walls, and its skins."""
+    return (
+        *part.report.warnings,
+        *size_warnings(case, part),
+        *thin_wall_warnings(case, part, domain, layout),
+        *skin_warnings(case, part, domain),
     )
 
 

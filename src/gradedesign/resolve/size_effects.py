@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from gradedesign.arrays import FloatArray
 from gradedesign.case.schema import Case
@@ -14,8 +13,8 @@ from gradedesign.errors import ResourceError
 from gradedesign.layout.cell_layout import CellLayout
 from gradedesign.limits.cell_buckling import KIND as BUCKLING
 from gradedesign.part.part import Part
-from gradedesign.part.thickness import local_thickness
 from gradedesign.resolve.setup import Setup
+from gradedesign.resolve.thin_walls import median_thickness
 from gradedesign.resolve.zones import zone_case
 from gradedesign.size_effects.cut_cells import cut_share, share_between_faces
 from gradedesign.size_effects.density_beside_passive import density_beside_passive
@@ -30,8 +29,6 @@ from gradedesign.workspace.progress import Event, Listener, ignore, report_step
 #: Walls are modelled, or a warning is given, where half of the lattice has fewer cells than this
 #: across. Thicker parts are predicted better as a periodic lattice.
 FEW_CELLS = 3.0
-#: Points in the lattice at which the part's thickness is measured.
-SAMPLE_POINTS = 1500
 
 
 def why_periodic(
@@ -83,31 +80,16 @@ def _straight(case: Case) -> bool:
     return not curved and len(lattice.size) == 1
 
 
-def median_thickness(case: Case, part: Part, layout: CellLayout) -> float:
-    """Median thickness of the part over its lattice, along the cells' axes, mm; inf without one."""
-    if not layout.points.size:
-        return np.inf
-    every = max(layout.points.shape[1] // SAMPLE_POINTS, 1)
-    axes = Rotation.from_euler("XYZ", case.lattice.rotation, degrees=True).as_matrix()
-    lengths = local_thickness(part.surface, layout.points[:, ::every], axes)
-    return float(np.median(lengths)) if lengths.size else np.inf
-
-
 def periodic_warnings(case: Case, part: Part, layout: CellLayout, reason: str) -> tuple[str, ...]:
-    """Warning on walls of few cells that sizing takes for a periodic lattice, or of less than one.
+    """Warning on walls of few cells that sizing takes for a periodic lattice.
 
-    Of few cells nothing where the case switches it off, or half of the lattice has `FEW_CELLS`
-    cells across.
+    Nothing where the case switches it off, where half of the lattice has `FEW_CELLS` cells across,
+    or less than one, which `thin_wall_warnings` tells.
     """
     median = median_thickness(case, part, layout)
-    if median < layout.least:
-        return (
-            f"{case.where('lattice.size')}: half of the lattice lies where the part is no thicker "
-            f"than {median:.3g} mm, less than one cell of {layout.least:.3g} mm: cut walls and "
-            f"struts are left of it there, which hold little; expected cells of at most "
-            f"{median / 2:.3g} mm, two of them across, or a part that stays solid there ([[keep]])",
-        )
-    if not reason or not case.lattice.size_effects or median >= FEW_CELLS * layout.least:
+    if median < layout.least or median >= FEW_CELLS * layout.least:
+        return ()
+    if not reason or not case.lattice.size_effects:
         return ()
     return (
         f"half of the lattice lies where the part is no thicker than {median:.3g} mm, "
