@@ -32,7 +32,7 @@ BEYOND = 0.01
 #: Standard deviations of a cut region's area that are allowed. Neighbours are cut alike, so that
 #: 720 pads on twelve meshes had 1.2 times the deviation of facets that are independent.
 _DEVIATIONS = 4.0
-#: Share of a region's area by which its facets may differ from it at most, however it is cut.
+#: Largest share of its area by which a region's facets may differ. Chosen, not measured.
 _MOST_MISSING = 0.25
 #: Least thickness of a box's bricks over the mesh size, at borders. Chosen, not measured.
 _THIN = 0.1
