@@ -236,6 +236,42 @@ def test_long_files_say_why():
     assert of_all(unexplained_length, [*MODULES, *PLUGIN_MODULES]) == []
 
 
+#: Constants of kernels without a word: a comment there compiles the kernels anew on every machine.
+UNEXPLAINED = {"_gradient_kernels.py: PIECES", "_quality_kernels.py: _CHUNKS"}
+
+
+def is_number(node):
+    """Whether an expression consists of numbers and operators, or of tuples of them."""
+    parts = (ast.Constant, ast.operator, ast.unaryop, ast.BinOp, ast.UnaryOp, ast.Tuple, ast.Load)
+    values = [n.value for n in ast.walk(node) if isinstance(n, ast.Constant)]
+    plain = all(isinstance(n, parts) for n in ast.walk(node))
+    return plain and bool(values) and all(type(v) in (int, float) for v in values)
+
+
+def unexplained_constants(path, text=None):
+    """Numbers of a module that have no comment above them, alone or with those before them."""
+    text = path.read_text(encoding="utf-8") if text is None else text
+    rows, explained = text.splitlines(), set()
+    for node in ast.parse(text).body:
+        if isinstance(node, ast.Assign | ast.AnnAssign) and node.value and is_number(node.value):
+            above, last = node.lineno - 2, node.end_lineno - 1
+            if rows[above].startswith("#") or above in explained or "  # " in rows[last]:
+                explained.add(last)
+            else:
+                target = node.target if isinstance(node, ast.AnnAssign) else node.targets[0]
+                yield f"{path.name}: {ast.unparse(target)}"
+
+
+def test_constants_say_why():
+    found = set(of_all(unexplained_constants, MODULES))
+    assert found == UNEXPLAINED, "say why it has its value, or 'Chosen, not measured.'"
+
+
+def test_a_constant_without_a_word_is_found():
+    text = "#: Why.\nA = 1\nB = -2.5\n\nC, D = 3, 4\nE = 'text'\nF = 2**10  # bytes\n"
+    assert list(unexplained_constants(Path("a.py"), text)) == ["a.py: (C, D)"]
+
+
 def test_the_count_leaves_docstrings_out():
     tree = ast.parse('def f(a):\n    """Doc.\n\n    More.\n    """\n    return a\n')
     assert lines(tree.body[0]) == 2
