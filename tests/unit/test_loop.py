@@ -627,6 +627,7 @@ class Judge:
                 mesh_size=1.0,
                 volume=tets / mesher_tets(1.0, 1.0),
             ),
+            remeshed_size=1.0,
         )
         self.setup = SimpleNamespace(
             problem=SimpleNamespace(

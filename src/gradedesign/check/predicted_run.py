@@ -126,11 +126,12 @@ def predicted_run(resolved: ResolvedCase, inside: int) -> PredictedRun:
         density,
         cell_surface(resolved.cell, density, resolved.layout.typical),
     )
-    fine = small_solid_spacing(able.analysis, planned, grid.spacing, case.run)
+    walls = grid.spacing
+    fine = small_solid_spacing(able.analysis, planned, walls, case.run)
     if fine < grid.spacing:
         grid = replace(grid, spacing=fine, set_by=f"{grid.set_by}, and finer: the solid is small")
     size = able.analysis.estimate(planned, grid.spacing) if explicit else NO_ANALYSIS
-    work = _work(resolved, able, planned, density, grid.spacing, size)
+    work = _work(resolved, able, planned, density, (walls, grid.spacing), size)
     doubts = require_solver_takes(case, resolved.solver, work)
     return PredictedRun(
         density=density,
@@ -149,10 +150,11 @@ def _work(
     able: Analysable,
     planned: PlannedSolid,
     density: float,
-    spacing: float,
+    spacings: tuple[float, float],
     size: AnalysisEstimate,
 ) -> RunWork:
-    """Work of a run whose explicit grid has that spacing, mm, and that size."""
+    """Work of a run whose explicit grid has that size; spacings of walls and of the grid, mm."""
+    walls, spacing = spacings
     case, explicit = resolved.case, size is not NO_ANALYSIS
     first = min(
         first_spacing(able.analysis, spacing, stated.cell) for stated in stated_zones(resolved)
@@ -171,7 +173,7 @@ def _work(
             else 0.0
         ),
         mesher_tets=(
-            remeshed_tets(case.run, planned, spacing, density, resolved.layout.typical)
+            remeshed_tets(case.run, planned, walls, density, resolved.layout.typical)
             if explicit
             else 0
         ),

@@ -72,15 +72,18 @@ def without_rims(
     outward = np.zeros_like(at)
     seen = at + wall * _ASIDE
     for number in range(_FACES):
+        distance = part(seen)
+        near = -(distance + overhang) < wall
+        inside, at, seen, outward = inside[near], at[:, near], seen[:, near], outward[:, near]
+        distance = distance[near]
         if not len(inside):
             break
-        depth = -(part(seen) + overhang)
-        normal = _unit_gradient(part, seen, _STEP * wall)
-        near = depth < wall
+        normal = _unit_gradient(part, seen, _STEP * wall, distance)
         if number:
-            near &= (normal * outward).sum(axis=0) < _SAME
-        inside, at, seen = inside[near], at[:, near], seen[:, near]
-        depth, outward = depth[near], normal[:, near]
+            other = (normal * outward).sum(axis=0) < _SAME
+            inside, at, seen, normal = inside[other], at[:, other], seen[:, other], normal[:, other]
+            distance = distance[other]
+        outward, depth = normal, -(distance + overhang)
         # Of the point itself, whose distance from that face is one to a plane.
         depth += (outward * (seen - at)).sum(axis=0)
         lacks = _lacking(at, depth, outward, body, overhang, wall)
@@ -119,7 +122,7 @@ def _lacking(
         depths = there - ((points - end) * some).sum(axis=0)
         return body(points, -depths - overhang)
 
-    cosine = -(_unit_gradient(about_end, end, _STEP * wall) * some).sum(axis=0)
+    cosine = -(_unit_gradient(about_end, end, _STEP * wall, about_end(end)) * some).sum(axis=0)
     flat, steep = np.cos(np.radians((_FLAT, _STEEP)))
     asked = wall * np.clip((cosine - steep) / (flat - steep), 0.0, 1.0)
     lacks[thin] = asked - there
@@ -144,8 +147,7 @@ def _solid_below(below: Callable[[FloatArray], FloatArray], count: int, wall: fl
     return found
 
 
-def _unit_gradient(field: Field, points: FloatArray, step: float) -> FloatArray:
-    """Direction of the gradient by forward differences, ``(3, n)``."""
-    base = field(points)
+def _unit_gradient(field: Field, points: FloatArray, step: float, base: FloatArray) -> FloatArray:
+    """Direction of the gradient by forward differences from values at the points, ``(3, n)``."""
     slope = np.stack([field(points + shift[:, None]) - base for shift in step * np.eye(3)])
     return slope / np.maximum(np.linalg.norm(slope, axis=0), _LEAST * step)

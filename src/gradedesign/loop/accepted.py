@@ -191,8 +191,8 @@ def _accepted(
 
 def _judged_by_submodels(setup: Setup, analysed: Analysed) -> bool:
     """Whether stress is judged by submodels and not by a mesh of the whole surface."""
-    run, result = setup.problem.case.run, analysed.result
-    tets = mesher_tets(result.volume, result.solved.division.surface_size)
+    run = setup.problem.case.run
+    tets = mesher_tets(analysed.result.volume, analysed.remeshed_size)
     return choose_scope(run.acceptance, tets, run.time) == "submodels"
 
 
@@ -221,12 +221,12 @@ def _body_fitted(
     submodels by name. Where the whole surface cannot be meshed or solved, submodels judge, unless
     the case asks for the whole by name; where neither can be made, the acceptance has failed.
     """
-    run, division = setup.problem.case.run, analysed.result.solved.division
+    run = setup.problem.case.run
     by_submodels = _judged_by_submodels(setup, analysed)
     if by_submodels and (broken := _broken_anyhow(whole.rows)):
         announce.say("acceptance", f"submodels left out: {broken} is broken whatever they show")
         return NO_SUBMODELS
-    size, refused = division.surface_size, list[str]()
+    size, refused = analysed.remeshed_size, list[str]()
     clock = Deadline(run.time)
 
     def submodels() -> Acceptance:

@@ -19,7 +19,7 @@ from gradedesign.loop.iteration_steps import (
 from gradedesign.loop.planned_design import planned_design
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.wall_grading import wall_grading
-from gradedesign.verify.analysis import Resolution
+from gradedesign.verify.analysis import SURFACE_PER_ELEMENT, Resolution
 from gradedesign.verify.explicit import ExplicitResult, analyse_printed_solid
 from gradedesign.verify.finite_cells import FINITE_CELLS
 from gradedesign.verify.printed_solid import PrintedSolid
@@ -29,13 +29,26 @@ from gradedesign.workspace.progress import Event, Listener, ignore
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Analysed:
-    """The explicit analysis of one design."""
+    """The explicit analysis of one design.
+
+    Attributes
+    ----------
+    grid : DensityGrid
+    design : LatticeDesign
+    solid : PrintedSolid
+    result : ExplicitResult
+    layout : CellLayout
+    remeshed_size : float, mm
+        Surface size with which a mesher resolves the walls: that of the elements, but where these
+        are finer than walls ask for, since the solid is small.
+    """
 
     grid: DensityGrid
     design: LatticeDesign
     solid: PrintedSolid
     result: ExplicitResult
     layout: CellLayout
+    remeshed_size: float
 
 
 def analyse_design(
@@ -68,7 +81,7 @@ def analyse_cells(
     design = build_design(problem, cells, grid)
     grading = None
     if spacing is not None:
-        resolution = Resolution(spacing=spacing)
+        resolution, follows = Resolution(spacing=spacing), spacing
     else:
         follows = explicit_spacing(problem, cells, grid)
         fine = small_solid_spacing(
@@ -86,4 +99,11 @@ def analyse_cells(
         resolution,
         lambda message: on_event(Event(stage="explicit", message=message)),
     )
-    return Analysed(grid=grid, design=design, solid=solid, result=result, layout=cells.layout)
+    return Analysed(
+        grid=grid,
+        design=design,
+        solid=solid,
+        result=result,
+        layout=cells.layout,
+        remeshed_size=SURFACE_PER_ELEMENT * max(follows, result.mesh_size),
+    )

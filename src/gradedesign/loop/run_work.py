@@ -47,7 +47,7 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
     case = setup.problem.case
     density = guessed_density(setup, solid)
     planned = planned_design(setup, density)
-    spacing = predicted_spacing(setup, density, planned)
+    walls, spacing = predicted_spacings(setup, density, planned)
     explicit = setup.problem.analysis.estimate(planned, spacing)
     first = min(
         first_spacing(setup.problem.analysis, spacing, cell)
@@ -62,7 +62,7 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
         explicit_mesh_s=explicit.mesh_s,
         explicit_solve_s=explicit.solve_s,
         whole_s=judged_seconds(planned, first, explicit.unknowns, case.run.memory, case.run.time),
-        mesher_tets=remeshed_tets(case.run, planned, spacing, density, setup.cells.layout.typical),
+        mesher_tets=remeshed_tets(case.run, planned, walls, density, setup.cells.layout.typical),
         iterations=case.run.max_iterations,
     )
 
@@ -72,7 +72,7 @@ def remeshed_tets(
 ) -> int:
     """Tetrahedra of the mesher of the acceptance, in the whole lattice or in all submodels.
 
-    ``spacing`` is that of the explicit analysis, ``cell`` the edge of a cell, both mm.
+    ``spacing`` is that which walls ask for, ``cell`` the edge of a cell, both mm.
     """
     tets = mesher_tets(planned.volume, SURFACE_PER_ELEMENT * spacing)
     if choose_scope(run.acceptance, tets, run.time) == "whole":
@@ -82,11 +82,11 @@ def remeshed_tets(
     return int(min(1.0, share) * tets)
 
 
-def predicted_spacing(setup: Setup, density: float, planned: PlannedSolid) -> float:
-    """Element size of the explicit analysis for a mean density of the lattice, mm.
+def predicted_spacings(setup: Setup, density: float, planned: PlannedSolid) -> tuple[float, float]:
+    """Element size that walls ask for and that of the explicit analysis, mm.
 
-    Graded designs reach the lower bound somewhere, and the elements follow their thinnest wall, or
-    what of it the memory holds.
+    Of a mean density of the lattice. Graded designs reach the lower bound somewhere, and the
+    elements follow their thinnest wall, or what of it the memory holds.
     """
     problem, cells = setup.problem, setup.cells
     case = problem.case
@@ -97,8 +97,9 @@ def predicted_spacing(setup: Setup, density: float, planned: PlannedSolid) -> fl
         wall = case.lattice.wall or float(wall_mm(cell, thinnest, least))
         elements.append(wall / per_wall)
     follows = explicit_spacing_for(problem, min(elements))
-    follows = small_solid_spacing(problem.analysis, planned, follows, case.run)
-    return problem.analysis.fitted_spacing(planned, follows, case.run.memory)
+    fine = small_solid_spacing(problem.analysis, planned, follows, case.run)
+    fitted = problem.analysis.fitted_spacing(planned, fine, case.run.memory)
+    return max(follows, fitted), fitted
 
 
 def guessed_density(setup: Setup, solid: Sequence[LimitRow] = ()) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -56,7 +57,10 @@ def material_data(material: Material) -> dict[str, Any]:
         "poissons_ratio": material.poissons_ratio,
         # Rounded: 4.41 as stated, not 4.410000000000001.
         "density_g_cm3": float(f"{1e9 * material.density:.12g}"),
-        "yield_strength_MPa": material.yield_strength,
+        # A case that limits no stress may leave it out.
+        "yield_strength_MPa": (
+            None if math.isnan(material.yield_strength) else material.yield_strength
+        ),
         "thermal_expansion_per_K": material.thermal_expansion,
         "source": material.source,
     }
