@@ -117,7 +117,7 @@ def test_every_load_case_has_its_own_multiple(load, tmp_path):
     assert [(r["load_case"], r["utilisation"], r["unit"]) for r in rows] == [
         ("down", pytest.approx(0.5), "mm"), ("along", pytest.approx(0.5), "mm"),
     ]  # fmt: skip
-    html = render_report(result, {}, "")
+    html = render_report(result, {}, "").replace("\u00a0", " ")
     assert f"{down.limit:.4g} mm (2 x solid)" in html
     assert "largest nodal value on the region" in html
 

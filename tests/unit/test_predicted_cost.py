@@ -92,8 +92,8 @@ def test_a_stage_that_is_missing_teaches_nothing():
 
 
 def test_tetrahedra_of_the_mesher_are_estimated_before_they_are_made():
-    # 100 mm^3 in cubes of 1.2 surface sizes, 14 tetrahedra each.
-    assert mesher_tets(100.0, 1.0) == pytest.approx(100.0 / 1.2**3 * 14)
+    # 100 mm^3 in cubes of 1.2 surface sizes, 18 tetrahedra each.
+    assert mesher_tets(100.0, 1.0) == pytest.approx(100.0 / 1.2**3 * 18)
     # Two further load cases add 45 % each.
     assert solve_seconds(7140, 3) == pytest.approx(1.9 * solve_seconds(7140, 1))
 

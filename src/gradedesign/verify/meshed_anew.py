@@ -18,8 +18,9 @@ log = logging.getLogger(__name__)
 #: Edge of the mesher's tetrahedra over the surface size of the explicit analysis. Chosen, not
 #: measured.
 EDGE_PER_SPACING = 1.2
-#: Tetrahedra for each cube of solid with their edge: where walls are two or three of them thick.
-TETS_PER_CUBE = 14.0
+#: Tetrahedra for each cube of solid with their edge: 14 where walls are two or three of them thick,
+#: 25 where they are one (`cases/mini`).
+TETS_PER_CUBE = 18.0
 #: The mesher's envelope as a share of the surface size. Chosen, not measured.
 ENVELOPE = 0.06
 #: Chord within which the surface is first given fewer triangles, as a share of the surface size:
