@@ -193,7 +193,7 @@ WRONG = {
             "glb, obj, off, ply, png-stack, stl, inp, report, vtu",
         ],
     ),
-    "misspelt format": ('["stl"]', '["stll"]', ['did you mean "stl"', "stl, vtu, inp, report"]),
+    "misspelt format": ('["stl"]', '["stll"]', ['did you mean "stl"', "stl, inp, report, vtu"]),
     "size without a range": ("density =", 'grading = "size"\ndensity =', ["goes with a range"]),
     "unknown cell": ("gyroid-sheet", "gyroid-shet", ['did you mean "gyroid-sheet"?']),
     "unknown law": ("density =", 'law = "ramires"\ndensity =', ["no law named 'ramires'"]),

@@ -151,7 +151,9 @@ def test_a_run_that_time_ended_goes_on_with_more_of_it_and_then_no_further(cli, 
     # No acceptance judged it: bands come from two resolutions of the explicit analysis.
     (row,) = result["limits"]
     assert row["decisive"] == row["band"]["high"] > row["value"]
-    assert row["value"] == pytest.approx(result["iterations"][0]["limits"][0]["explicit"])
+    # Of the tractions out of balance follows what the iteration's own value lacks.
+    explicit = result["iterations"][0]["limits"][0]["explicit"]
+    assert row["band"]["low"] < explicit < row["value"]
     coarse, fine = row["band"]["sizes_mm"]
     assert coarse > 1.05 * fine
     off = result["printed"]["comparison"]["volume_difference"]

@@ -9,6 +9,7 @@ import textwrap
 import time
 
 import pytest
+from small_parts import box_part, held_bar
 
 from gradedesign.cli import lists as list_commands
 from gradedesign.cli import run as run_module
@@ -63,13 +64,17 @@ def swallowed_twice(number):
 @pytest.mark.parametrize(
     "work", [in_a_callback, in_a_finaliser, turned_into_another_exception, swallowed_twice]
 )
-def test_a_signal_arrives_though_code_swallows_it(cli, monkeypatch, work, number):
+def test_a_signal_arrives_though_code_swallows_it(cli, monkeypatch, tmp_path, work, number):
     def command(*args, **options):
         work(number)
 
     monkeypatch.setattr(run_module, "run", command)
     before = {n: signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGALRM)}
-    ended = cli("run", "case")
+    # The command reads the text of the case before it loads anything.
+    lattice = '[limits]\nstress = "20 MPa"\n[lattice]\ncell = "bcc"\nsize = "5 mm"\n'
+    text = held_bar(box_part(30, 10, 10, 5), name="block") + lattice
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    ended = cli("run", tmp_path)
     assert ended.code == 130
     assert ended.err == "interrupted; go on with the same command and --resume\n"
     assert {n: signal.getsignal(n) for n in before} == before

@@ -61,8 +61,9 @@ def interruptible() -> Iterator[Interruption]:
     report_lost = sys.unraisablehook
 
     def report(lost: sys.UnraisableHookArgs) -> None:
-        # One that is lost is raised again, so that nobody needs to hear of it.
-        if not isinstance(lost.exc_value, Interrupted):
+        # A request that is lost is raised again, and after one finalisers of objects that it left
+        # half built fail: nobody needs to hear of either.
+        if not interruption.stop_requested:
             report_lost(lost)
 
     alarm = signal.getitimer(signal.ITIMER_REAL) if _HAS_TIMER else (0.0, 0.0)

@@ -10,6 +10,7 @@ from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.generate.density_warnings import BesideCells, density_warnings
 from gradedesign.generate.generate_files import slab_data
 from gradedesign.generate.stated_cells import BuiltCells, StatedCells
+from gradedesign.lattice.islands import islands_words
 from gradedesign.lattice.joint_volume import joint_volume
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.lattice.printed_surface import VOLUME_ERROR
@@ -78,7 +79,7 @@ def stated_result(
         *stated.part.report.warnings,
         *registry.notes,
         *stated.report["warnings"],
-        *((f"{dropped} floating islands were removed",) if dropped else ()),
+        *islands_words(dropped, loose),
         *_mix_warnings(stated.built),
         *density_warnings(
             case, stated.cells, stated.design.domain, slabs, wall=stated.wall, beside=beside

@@ -13,6 +13,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.case.schema import CaseIdentity
 from gradedesign.errors import blaming
+from gradedesign.lattice.islands import islands_words
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.lattice.printed_surface import first_step, printed_surface
 from gradedesign.limits.local_stress import allowed_stress
@@ -262,9 +263,7 @@ def _unjudged_lattice(
         out.path_of("lattice.png"), surface, opened=bool(problem.domain.skins)
     )
     _adopt_drawn(out, files, "lattice")
-    if islands.dropped:
-        return (*warnings, f"{islands.dropped} floating islands were removed")
-    return warnings
+    return (*warnings, *islands_words(islands.dropped, islands.dropped_share))
 
 
 def _exported_files(
