@@ -22,7 +22,7 @@ SOURCE = ROOT / "src" / "gradedesign"
 #: Direction of imports: a module imports only from above itself, or its own package.
 ORDER = (
     "errors", "arrays", "fields", "workspace", "case", "mesh", "part", "material", "cell", "fe",
-    "voxel", "homogenise", "limits", "sizing", "lattice", "finite_cell", "layout", "size_effects",
+    "homogenise", "limits", "sizing", "lattice", "finite_cell", "layout", "size_effects",
     "verify", "output", "plugin", "resolve", "loop", "results", "generate", "check", "pipeline",
     "testing", "cli", "commands", "properties", "__main__",
 )  # fmt: skip
