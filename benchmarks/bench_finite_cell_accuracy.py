@@ -32,7 +32,8 @@ def block_of(name, rho, cells):
     from gradedesign.cell.calibration import calibrate
     from gradedesign.cell.wall_size import wall_mm
     from gradedesign.finite_cell import Plane
-    from gradedesign.plugin.registry import build_registry, lookup
+    from gradedesign.plugin.registry import build_registry
+    from gradedesign.resolve.registry import lookup
 
     cell = calibrate(lookup(build_registry(), "cell_families", name))
     level, high = float(cell.level_of(rho)), tuple(map(float, cells))

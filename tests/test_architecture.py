@@ -23,7 +23,7 @@ SOURCE = ROOT / "src" / "gradedesign"
 ORDER = (
     "errors", "arrays", "fields", "workspace", "case", "mesh", "part", "material", "cell", "fe",
     "homogenise", "limits", "sizing", "lattice", "finite_cell", "layout", "size_effects",
-    "verify", "output", "plugin", "resolve", "loop", "results", "generate", "check", "pipeline",
+    "verify", "output", "resolve", "loop", "results", "plugin", "generate", "check", "pipeline",
     "testing", "cli", "commands", "properties", "__main__",
 )  # fmt: skip
 
@@ -134,15 +134,11 @@ def test_the_order_of_the_test_sees_an_upward_import(tmp_path):
     assert "gradedesign.fe.space" in imports(wrong)
 
 
-def test_only_the_pipeline_and_the_command_line_use_the_registry():
+def test_only_the_pipeline_and_the_command_line_use_plugins():
     users = {
         place(p) for p in MODULES if any(n.startswith("gradedesign.plugin") for n in imports(p))
     }
-    assert users <= {
-        "plugin", "resolve", "loop", "results", "generate", "check", "pipeline", "cli",
-        "commands",
-        "__init__",
-    }  # fmt: skip
+    assert users <= {"plugin", "generate", "pipeline", "cli", "commands", "__init__"}
 
 
 def test_elasticity_knows_no_case_file():

@@ -22,7 +22,8 @@ from gradedesign.limits.row import LimitRow
 from gradedesign.loop.stages import open_stages
 from gradedesign.output.figure import COLOURS, GREY, empty_figure, save_figure
 from gradedesign.output.result import RunResult, from_json
-from gradedesign.plugin.registry import Registry, build_registry, lookup
+from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.registry import Registry, lookup
 from gradedesign.results.common import library_versions
 from gradedesign.results.files import RESULT_NAME
 from gradedesign.results.finished import finished_result

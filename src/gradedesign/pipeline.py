@@ -37,10 +37,11 @@ from gradedesign.loop.stages import (
     save_iteration,
 )
 from gradedesign.output.result import RunResult
-from gradedesign.plugin.registry import Registry, build_registry
+from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve.lattice_files import STL_NAME, write_printed
 from gradedesign.resolve.oriented import oriented
 from gradedesign.resolve.own_cell import with_own_cell
+from gradedesign.resolve.registry import Registry
 from gradedesign.resolve.setup import Setup, prepare
 from gradedesign.resolve.size_effects import with_size_effects
 from gradedesign.resolve.solid import solve_solid, with_solid

@@ -3,8 +3,9 @@
 import pytest
 
 from gradedesign import CaseError, PluginError
-from gradedesign.plugin.installed import DISABLE_VARIABLE
-from gradedesign.plugin.registry import build_registry, lookup
+from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.plugins_by_name import DISABLE_VARIABLE
+from gradedesign.resolve.registry import lookup
 
 CELL = """
 import numpy as np

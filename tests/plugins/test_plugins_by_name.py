@@ -6,9 +6,10 @@ from pathlib import Path
 import pytest
 
 from gradedesign import CaseError
-from gradedesign.plugin import plugins_by_name
 from gradedesign.plugin.command import COMMAND_GROUP, load_command
-from gradedesign.plugin.registry import build_registry, lookup
+from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve import plugins_by_name
+from gradedesign.resolve.registry import lookup
 
 ROOT = Path(__file__).parents[2]
 TABLE = plugins_by_name._plugins()

@@ -12,10 +12,11 @@ from gradedesign.cell.cell_surface import cell_surface
 from gradedesign.errors import ResourceError
 from gradedesign.layout.design_domain import design_domain
 from gradedesign.part.part import read_part
-from gradedesign.plugin.registry import build_registry, lookup
+from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve.analysable import analysable_bounds, grid_spacing
 from gradedesign.resolve.least_density import Need, Needs
 from gradedesign.resolve.planned_solid import PlannedPart, planned_solid
+from gradedesign.resolve.registry import lookup
 from gradedesign.resolve.setup import prepare
 from gradedesign.verify.analysis import PlannedSolid
 from gradedesign.verify.finite_cells import FINITE_CELLS

@@ -5,7 +5,8 @@ import pytest
 
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
-from gradedesign.plugin.registry import build_registry, lookup
+from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.registry import lookup
 from gradedesign.verify.grid_resolution import (
     PER_SHEET,
     PER_STRUT,

@@ -9,8 +9,8 @@ import pytest
 from gradedesign.errors import DensityError
 from gradedesign.material.power_fit import fit_power, gibson_ashby, softest_modulus
 from gradedesign.material.scaling_law import has_strength
-from gradedesign.plugin.choose_law import choose_law
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.choose_law import choose_law
 
 
 def test_cells_states_power_laws_that_hold_in_their_windows(cli):

@@ -7,8 +7,9 @@ import pytest
 
 from gradedesign import CaseError, CellFamily, LawOrigin, PluginError, hookimpl, power_law
 from gradedesign.material.scaling_law import has_strength
-from gradedesign.plugin.choose_law import AUTO_KINDS, choose_law
-from gradedesign.plugin.registry import build_registry, lookup
+from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.choose_law import AUTO_KINDS, choose_law
+from gradedesign.resolve.registry import lookup
 
 
 def shape(u):

@@ -41,7 +41,8 @@ from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.lattice.skin import Skin
 from gradedesign.limits.banded import Residual, banded
 from gradedesign.material.material import Material
-from gradedesign.plugin.registry import build_registry, lookup
+from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.registry import lookup
 from gradedesign.verify.analysis import Resolution
 from gradedesign.verify.explicit import analyse_printed_solid
 from gradedesign.verify.finite_cells import FINITE_CELLS, ORDERS

@@ -19,8 +19,8 @@ from gradedesign.homogenise.macro_directions import (
 )
 from gradedesign.homogenise.periodic import solve_periodic
 from gradedesign.homogenise.sampling import cell_fill
-from gradedesign.plugin.choose_law import choose_law
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.choose_law import choose_law
 
 
 @pytest.fixture(scope="module")

@@ -19,8 +19,8 @@ from gradedesign.limits.local_stress import StressLimit
 from gradedesign.material.material import Material
 from gradedesign.mesh.tet_mesh import boundary_facets, centroids, signed_volumes
 from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.plugin.choose_law import choose_law
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.choose_law import choose_law
 from gradedesign.sizing.filter import cone_filter
 from gradedesign.sizing.homogenised_model import homogenised_model
 from gradedesign.sizing.size import SizingProblem, size

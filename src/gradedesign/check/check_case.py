@@ -15,8 +15,8 @@ from gradedesign.layout.part_room import inner_points
 from gradedesign.limits.local_stress import allowed_stress, share_warnings
 from gradedesign.part.round_shapes import RoundShapes, round_shapes
 from gradedesign.part.thickness import local_thickness
-from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.exclusion import exclusion_words, judged_share
+from gradedesign.resolve.registry import Registry
 from gradedesign.resolve.resolve_law import resolve_law
 from gradedesign.resolve.resolved_case import ResolvedCase, resolve_case, stated_zones
 from gradedesign.resolve.size_effects import periodic_warnings, why_periodic

@@ -23,8 +23,8 @@ from gradedesign.mesh._surface_mesh_kernels import triangle_areas
 from gradedesign.part.part import Part, read_part
 from gradedesign.part.regions import Region, select_regions
 from gradedesign.part.round_shapes import RoundShapes, round_shapes
-from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.part_readers import part_readers
+from gradedesign.resolve.registry import Registry
 
 #: Regions of each kind (named faces, holes) that are proposed. Chosen, not measured.
 MOST_REGIONS = 12

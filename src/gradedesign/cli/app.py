@@ -26,7 +26,7 @@ from gradedesign.cli.options import with_options
 from gradedesign.cli.read_first import require_case_text, require_generate_text
 from gradedesign.errors import GradeDesignError, Interrupted, PluginError, ResourceError
 from gradedesign.plugin.command import Command, command_names, load_command
-from gradedesign.plugin.plugins_by_name import supplied_by
+from gradedesign.resolve.plugins_by_name import supplied_by
 
 #: Errors keep their traceback.
 _DEBUG_FLAG = "--debug"

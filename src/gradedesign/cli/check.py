@@ -33,8 +33,8 @@ from gradedesign.loop.stages import default_folder
 from gradedesign.output.pictures import picture_loads
 from gradedesign.part.file_body import file_body_words
 from gradedesign.plugin.read_case import load_case
-from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.own_cell import with_own_cell
+from gradedesign.resolve.registry import Registry
 from gradedesign.results.marks import action_marks, loads_note, region_marks
 from gradedesign.size_effects.wall_cells import MOST_MINUTES
 from gradedesign.workspace.progress import report_step

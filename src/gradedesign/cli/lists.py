@@ -25,8 +25,8 @@ from gradedesign.material.power_fit import (
     power_fits,
 )
 from gradedesign.material.scaling_law import ScalingLaw
-from gradedesign.plugin.choose_law import AUTO_KINDS
-from gradedesign.plugin.registry import Registry, lookup
+from gradedesign.resolve.choose_law import AUTO_KINDS
+from gradedesign.resolve.registry import Registry, lookup
 from gradedesign.resolve.resolve_law import buckling_basis
 from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 

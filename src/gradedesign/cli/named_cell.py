@@ -11,8 +11,8 @@ from gradedesign.case.read_case import case_file, read_toml
 from gradedesign.case.read_generate import load_generate_case
 from gradedesign.cell.family import CellFamily
 from gradedesign.plugin.read_case import entries_of, load_case
-from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.resolve.own_cell import with_own_cell
+from gradedesign.resolve.registry import Registry, lookup
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import typer
 
-from gradedesign.plugin.registry import Registry, build_registry
+from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.registry import Registry
 
 
 def registry_for(*, strict_plugins: bool) -> Registry:

@@ -18,7 +18,7 @@ from gradedesign.errors import CaseError, GradeDesignError
 from gradedesign.output.result import as_json as result_data
 from gradedesign.pipeline import run as run_case
 from gradedesign.plugin.read_case import load_case
-from gradedesign.plugin.registry import Registry
+from gradedesign.resolve.registry import Registry
 from gradedesign.workspace.atomic import is_folder, write_text
 from gradedesign.workspace.progress import Listener, counted, ignore
 from gradedesign.workspace.scratch import scratch_folder

@@ -41,7 +41,7 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.mesh.triangle_cells import CellGrid
 from gradedesign.output.result import RunResult
 from gradedesign.part.part import Part, read_part
-from gradedesign.plugin.registry import Registry, build_registry
+from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve.build_volume import require_fits
 from gradedesign.resolve.lattice_files import (
     chord_tolerance,
@@ -54,6 +54,7 @@ from gradedesign.resolve.own_cell import with_own_cell
 from gradedesign.resolve.part_readers import part_readers
 from gradedesign.resolve.part_repairer import part_repairer
 from gradedesign.resolve.print_checks import check_printed, require_voxels_fit
+from gradedesign.resolve.registry import Registry
 from gradedesign.resolve.resolve import resolve_material
 from gradedesign.results.failed import recording_failure
 from gradedesign.results.printable import thickness_data, with_print_limits

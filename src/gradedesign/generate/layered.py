@@ -18,8 +18,8 @@ from gradedesign.material.material import Material
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.printed_lattice import MeasuredField, PrintedLattice, SampledPrint
 from gradedesign.output.result import RunResult
-from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.lattice_files import LatticeFile, printed_lattice, write_lattice_files
+from gradedesign.resolve.registry import Registry
 from gradedesign.results.files import RESULT_NAME, write_result
 from gradedesign.results.provenance import stamped
 from gradedesign.workspace.run_folder import RunFolder

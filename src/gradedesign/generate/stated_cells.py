@@ -29,7 +29,7 @@ from gradedesign.lattice.density_grid import DensityGrid, evaluate
 from gradedesign.lattice.density_source import sample_density
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.formula_density import formula_field
-from gradedesign.plugin.registry import Registry, lookup
+from gradedesign.resolve.registry import Registry, lookup
 
 #: The weight of a second family is kept on a grid with this many nodes per cell. Chosen, not
 #: measured.

@@ -20,7 +20,7 @@ from gradedesign.material.material import Material
 from gradedesign.output.result import RunResult
 from gradedesign.part.file_body import file_body_data
 from gradedesign.part.part import Part
-from gradedesign.plugin.registry import Registry
+from gradedesign.resolve.registry import Registry
 from gradedesign.results.common import library_versions
 from gradedesign.results.provenance import material_data
 

@@ -15,8 +15,8 @@ from typing import Any
 import pluggy
 
 from gradedesign.errors import CaseError, Interrupted, PluginError
-from gradedesign.plugin.markers import DISABLE_VARIABLE, GROUP, hookspec
-from gradedesign.plugin.plugins_by_name import supplied_by
+from gradedesign.plugin.markers import GROUP, hookspec
+from gradedesign.resolve.plugins_by_name import DISABLE_VARIABLE, supplied_by
 
 COMMAND_GROUP = "gradedesign.commands"
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from gradedesign.case.part_schema import OWN_REPAIRS
 from gradedesign.errors import PluginError
-from gradedesign.plugin.records import PluginSource
+from gradedesign.resolve.registry import PluginSource
 
 _READ = re.compile(r"\.[a-z0-9_-]+")
 _WRITTEN = re.compile(r"(\.[a-z0-9_-]+)+")

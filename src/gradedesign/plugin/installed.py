@@ -12,8 +12,8 @@ import pluggy
 
 from gradedesign.errors import Interrupted, PluginError
 from gradedesign.plugin import builtin, hookspecs
-from gradedesign.plugin.markers import DISABLE_VARIABLE
-from gradedesign.plugin.records import PluginFailure, PluginSource
+from gradedesign.resolve.plugins_by_name import DISABLE_VARIABLE
+from gradedesign.resolve.registry import PluginFailure, PluginSource
 
 log = logging.getLogger(__name__)
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from gradedesign.case.limits_schema import LimitsSpec
 from gradedesign.errors import PluginError
 from gradedesign.limits.limit import LimitKind
-from gradedesign.plugin.records import PluginSource
+from gradedesign.resolve.registry import PluginSource
 
 
 def check_limit_keys(kinds: Mapping[str, tuple[LimitKind, PluginSource]]) -> None:

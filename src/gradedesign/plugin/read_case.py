@@ -10,7 +10,8 @@ from gradedesign.case import read_case
 from gradedesign.case.limits_schema import LimitEntry
 from gradedesign.case.schema import Case
 from gradedesign.limits.kinds import limit_entries
-from gradedesign.plugin.registry import Registry, build_registry
+from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.registry import Registry
 
 
 def load_case(

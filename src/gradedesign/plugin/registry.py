@@ -1,4 +1,4 @@
-"""The registry: every record that the built-ins and the installed plugins supply."""
+"""Building the registry: every record that the built-ins and the installed plugins supply."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import Any, Literal, NamedTuple
 
 import pluggy
 
-from gradedesign.case.suggest import described, instead, meant, nearest, question
+from gradedesign.case.suggest import nearest
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
-from gradedesign.errors import CaseError, Interrupted, PluginError
+from gradedesign.errors import Interrupted, PluginError
 from gradedesign.fe.eigen_solver import EigenSolver
 from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.limits.limit import LimitKind
@@ -34,12 +34,9 @@ from gradedesign.plugin.installed import (
     register_modules,
 )
 from gradedesign.plugin.limit_checks import check_limit_keys
-from gradedesign.plugin.plugins_by_name import supplied_by
-from gradedesign.plugin.records import PluginFailure, PluginSource, Registry
 from gradedesign.plugin.unmarked import hook_names, unmarked_hooks
+from gradedesign.resolve.registry import NOUNS, Kind, PluginFailure, PluginSource, Registry
 from gradedesign.verify.analysis import ExplicitAnalysis
-
-__all__ = ["PluginFailure", "PluginSource", "Registry", "absent", "build_registry", "lookup"]
 
 log = logging.getLogger(__name__)
 
@@ -48,45 +45,28 @@ _DASHED = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 _UNDERSCORED = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 _SPACED = re.compile(r"[A-Za-z0-9]([A-Za-z0-9 ._-]*[A-Za-z0-9])?")
 
-Kind = Literal[
-    "cell_families",
-    "cell_makers",
-    "scaling_laws",
-    "materials",
-    "readers",
-    "repairers",
-    "exporters",
-    "outputs",
-    "solvers",
-    "eigen_solvers",
-    "meshers",
-    "limits",
-    "analyses",
-]
-
 
 class _Shelf(NamedTuple):
-    """Kind of entry of a hook: its record type, the form of its names and its title."""
+    """Kind of entry of a hook: its record type and the form of its names."""
 
     record: type
     names: re.Pattern[str]
-    noun: str
 
 
 _SHELVES: Mapping[Kind, _Shelf] = {
-    "cell_families": _Shelf(CellFamily, _DASHED, "cell family"),
-    "cell_makers": _Shelf(CellMaker, _DASHED, "cell maker"),
-    "scaling_laws": _Shelf(ScalingLaw, _DASHED, "scaling law"),
-    "materials": _Shelf(Material, _SPACED, "material"),
-    "readers": _Shelf(PartReader, _DASHED, "part reader"),
-    "repairers": _Shelf(Repairer, _DASHED, "repairer"),
-    "exporters": _Shelf(Exporter, _DASHED, "exporter"),
-    "outputs": _Shelf(Output, _DASHED, "output"),
-    "solvers": _Shelf(LinearSolver, _DASHED, "linear solver"),
-    "eigen_solvers": _Shelf(EigenSolver, _DASHED, "eigenvalue solver"),
-    "meshers": _Shelf(Mesher, _DASHED, "mesher"),
-    "limits": _Shelf(LimitKind, _UNDERSCORED, "kind of limit"),
-    "analyses": _Shelf(ExplicitAnalysis, _DASHED, "explicit analysis"),
+    "cell_families": _Shelf(CellFamily, _DASHED),
+    "cell_makers": _Shelf(CellMaker, _DASHED),
+    "scaling_laws": _Shelf(ScalingLaw, _DASHED),
+    "materials": _Shelf(Material, _SPACED),
+    "readers": _Shelf(PartReader, _DASHED),
+    "repairers": _Shelf(Repairer, _DASHED),
+    "exporters": _Shelf(Exporter, _DASHED),
+    "outputs": _Shelf(Output, _DASHED),
+    "solvers": _Shelf(LinearSolver, _DASHED),
+    "eigen_solvers": _Shelf(EigenSolver, _DASHED),
+    "meshers": _Shelf(Mesher, _DASHED),
+    "limits": _Shelf(LimitKind, _UNDERSCORED),
+    "analyses": _Shelf(ExplicitAnalysis, _DASHED),
 }
 
 
@@ -162,54 +142,6 @@ def build_registry(
     )
 
 
-def lookup(registry: Registry, kind: Kind, name: str) -> Any:
-    """Find a record by the name a case gives.
-
-    Parameters
-    ----------
-    registry : Registry
-    kind : str
-        ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers``,
-        ``repairers``, ``exporters``, ``outputs``, ``solvers``, ``eigen_solvers``, ``meshers``,
-        ``limits`` or ``analyses``.
-    name : str
-
-    Raises
-    ------
-    CaseError
-        If there is no such name; names the plugin of this project that has it, or lists the valid
-        ones and the nearest spelling.
-    PluginError
-        The same, when a plugin that might have supplied it failed to load.
-    """
-    shelf: Mapping[str, Any] = getattr(registry, kind)
-    if name in shelf:
-        return shelf[name]
-    if plugin := supplied_by(kind, name):
-        raise absent(registry, f"no {_SHELVES[kind].noun} named '{name}'; {plugin}")
-    near = instead(name, shelf)
-    if not meant(name, shelf):
-        texts = {known: getattr(record, "source", "") for known, record in shelf.items()}
-        near = f"{question(described(name, texts))} {near}".lstrip()
-    raise absent(registry, f"no {_SHELVES[kind].noun} named '{name}'; {near}")
-
-
-def absent(registry: Registry, message: str) -> CaseError | PluginError:
-    """The error of something that a case names and nothing supplies.
-
-    Returns
-    -------
-    CaseError
-        With the message.
-    PluginError
-        With the causes added, when a plugin that might have supplied it failed to load.
-    """
-    if registry.notes:
-        causes = "; ".join(registry.notes)
-        return PluginError(f"{message}. A plugin may be to blame: {causes}")
-    return CaseError(message)
-
-
 _Entries = dict[str, dict[str, tuple[Any, PluginSource]]]
 
 
@@ -247,12 +179,12 @@ def _add(shelves: _Entries, kind: Kind, record: Any, source: PluginSource) -> No
     name = getattr(record, "name", None)
     if not isinstance(name, str) or not shelf.names.fullmatch(name):
         raise PluginError(
-            f"{shelf.noun} {name!r} of plugin '{source.entry_point}' ({source}) has an invalid "
+            f"{NOUNS[kind]} {name!r} of plugin '{source.entry_point}' ({source}) has an invalid "
             f"name; use lower-case letters and digits joined by dashes, such as 'my-cell'"
         )
     if name in shelves[kind]:
         raise PluginError(
-            f"{shelf.noun} '{name}' is supplied by both {shelves[kind][name][1]} and {source}; "
+            f"{NOUNS[kind]} '{name}' is supplied by both {shelves[kind][name][1]} and {source}; "
             f"uninstall one, or rename the record, for example to '<vendor>-{name}'"
         )
     shelves[kind][name] = (record, source)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 import pluggy
 
 from gradedesign.plugin import hookspecs
-from gradedesign.plugin.records import PluginSource
+from gradedesign.resolve.registry import PluginSource
 
 
 def hook_names() -> list[str]:

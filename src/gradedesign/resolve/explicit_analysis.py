@@ -8,7 +8,7 @@ from dataclasses import replace
 from gradedesign.case.locate import locating
 from gradedesign.case.schema import Case
 from gradedesign.errors import CaseError, blaming
-from gradedesign.plugin.registry import Registry, lookup
+from gradedesign.resolve.registry import Registry, lookup
 from gradedesign.verify.analysis import ExplicitAnalysis, Resolution, SolvedSolid
 from gradedesign.verify.printed_solid import PrintedSolid
 

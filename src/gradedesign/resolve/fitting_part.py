@@ -7,7 +7,6 @@ from gradedesign.case.schema import Case
 from gradedesign.layout.part_room import require_cells_fit, require_displacements_fit
 from gradedesign.limits.kinds import require_possible
 from gradedesign.part.part import Part, read_part
-from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.build_volume import require_fits
 from gradedesign.resolve.default_mesh_size import with_mesh_size
 from gradedesign.resolve.free_motions import require_apart, require_supported
@@ -15,6 +14,7 @@ from gradedesign.resolve.part_readers import part_readers
 from gradedesign.resolve.part_repairer import part_repairer
 from gradedesign.resolve.predicted_part_mesh import require_mesh_fits
 from gradedesign.resolve.print_checks import require_voxels_fit
+from gradedesign.resolve.registry import Registry
 from gradedesign.resolve.support_conflicts import require_agreeing
 from gradedesign.resolve.symmetry import with_symmetry
 from gradedesign.workspace.progress import report_step

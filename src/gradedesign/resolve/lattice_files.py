@@ -28,9 +28,9 @@ from gradedesign.mesh.triangle_cells import CellGrid
 from gradedesign.output.exporter import Exporter, PlannedPrint
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.output.stl import write_stl
-from gradedesign.plugin.plugins_by_name import supplied_by
-from gradedesign.plugin.registry import Registry, absent
 from gradedesign.resolve.outer_triangles import outer_records
+from gradedesign.resolve.plugins_by_name import supplied_by
+from gradedesign.resolve.registry import Registry, absent
 from gradedesign.workspace.atomic import replacing_path
 from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder

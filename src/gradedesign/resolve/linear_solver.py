@@ -9,7 +9,7 @@ from gradedesign.case.locate import locating
 from gradedesign.case.schema import Case
 from gradedesign.errors import blaming
 from gradedesign.fe.linear_solver import LinearAnswer, LinearSolver, LinearSystem, Solve
-from gradedesign.plugin.registry import Registry, lookup
+from gradedesign.resolve.registry import Registry, lookup
 
 
 def linear_solver(case: Case, registry: Registry) -> LinearSolver:

@@ -13,7 +13,7 @@ from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import make_cell
 from gradedesign.errors import CaseError, PluginError
-from gradedesign.plugin.registry import Registry, lookup
+from gradedesign.resolve.registry import Registry, lookup
 
 
 def with_own_cell(case: Case | GenerateCase, registry: Registry) -> Registry:

@@ -11,8 +11,8 @@ from gradedesign.part.part import Reader
 from gradedesign.part.raw_triangles import RawTriangles
 from gradedesign.part.reader import PartReader
 from gradedesign.part.voxel_volume import VoxelVolume
-from gradedesign.plugin.plugins_by_name import supplied_by
-from gradedesign.plugin.registry import Registry, absent
+from gradedesign.resolve.plugins_by_name import supplied_by
+from gradedesign.resolve.registry import Registry, absent
 from gradedesign.resolve.voxel_part import voxel_triangles
 
 

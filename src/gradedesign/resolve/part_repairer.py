@@ -16,9 +16,9 @@ from gradedesign.errors import CaseError, MeshError, PartError
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.part.mended import Mend
 from gradedesign.part.repairer import Repairer
-from gradedesign.plugin.plugins_by_name import supplied_by
-from gradedesign.plugin.registry import Registry, absent
+from gradedesign.resolve.plugins_by_name import supplied_by
 from gradedesign.resolve.rebuilt import rebuilt
+from gradedesign.resolve.registry import Registry, absent
 from gradedesign.workspace.worker import run_worker
 
 

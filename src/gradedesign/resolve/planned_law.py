@@ -18,8 +18,8 @@ from gradedesign.homogenise.cached_table import (
 from gradedesign.homogenise.table import table_densities
 from gradedesign.material.power_fit import GIBSON_ASHBY
 from gradedesign.material.scaling_law import LawKind, ScalingLaw, has_strength
-from gradedesign.plugin.choose_law import choose_law, usable_laws
-from gradedesign.plugin.registry import Registry
+from gradedesign.resolve.choose_law import choose_law, usable_laws
+from gradedesign.resolve.registry import Registry
 from gradedesign.resolve.stated_law import stated_law
 
 #: Minutes of one processor that a table takes at ON_DEMAND_RESOLUTION, least and most.

@@ -14,8 +14,8 @@ from gradedesign.cell.wall_size import density_for_wall
 from gradedesign.errors import CaseError, DensityError
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
-from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.resolve.planned_law import PlannedLaw
+from gradedesign.resolve.registry import Registry, lookup
 
 #: A density window narrower than this share of its upper end has one density: levels of cells are
 #: calibrated to about a thousandth.

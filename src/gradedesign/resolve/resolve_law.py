@@ -11,7 +11,6 @@ from gradedesign.homogenise.cell_properties import CellProperties
 from gradedesign.material.long_waves import critical_long_waves
 from gradedesign.material.power_fit import gibson_ashby
 from gradedesign.material.scaling_law import ScalingLaw, has_strength
-from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.planned_law import (
     changed_parameters,
     planned_law,
@@ -19,6 +18,7 @@ from gradedesign.resolve.planned_law import (
     require_strength,
     values_in_words,
 )
+from gradedesign.resolve.registry import Registry
 from gradedesign.workspace.progress import Event, Listener, ignore
 
 #: Difference of Poisson's ratios from which a warning says so. Per 0.05, measured on four cells at

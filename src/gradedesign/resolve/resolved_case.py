@@ -26,7 +26,6 @@ from gradedesign.limits.limit import StatedLimit
 from gradedesign.material.material import Material
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.part.part import Part
-from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.resolve.exclusion import judging_zones
 from gradedesign.resolve.expected_design import expected_design
 from gradedesign.resolve.explicit_analysis import explicit_analysis
@@ -41,6 +40,7 @@ from gradedesign.resolve.load_balance import (
 )
 from gradedesign.resolve.open_loads import open_load_warnings
 from gradedesign.resolve.planned_law import PlannedLaw, planned_law
+from gradedesign.resolve.registry import Registry, lookup
 from gradedesign.resolve.resolve import (
     cell_parameters,
     density_bounds,

@@ -20,13 +20,13 @@ from gradedesign.limits.local_stress import allowed_stress
 from gradedesign.limits.row import LEAST_JUDGED, LimitRow
 from gradedesign.material.law_field import LawField
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
-from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.analysable import Analysable
 from gradedesign.resolve.analysable_lattice import analysable_lattice
 from gradedesign.resolve.cell_choice import CellChoice, cell_axes
 from gradedesign.resolve.joint_share import moments_with_joints
 from gradedesign.resolve.part_tets import held_loads, part_facets, part_tets, used_regions
 from gradedesign.resolve.problem import Problem
+from gradedesign.resolve.registry import Registry
 from gradedesign.resolve.resolve import density_bounds
 from gradedesign.resolve.resolve_law import resolve_law
 from gradedesign.resolve.resolved_case import (

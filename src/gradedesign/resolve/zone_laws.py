@@ -14,8 +14,8 @@ from gradedesign.cell.cell import Cell
 from gradedesign.cell.wall_size import density_for_wall
 from gradedesign.homogenise.mix_factors import MixFactors, mix_factors
 from gradedesign.material.scaling_law import ScalingLaw
-from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.analysable import Analysable
+from gradedesign.resolve.registry import Registry
 from gradedesign.resolve.resolve import density_bounds
 from gradedesign.resolve.resolve_law import resolve_law
 from gradedesign.resolve.resolved_case import ResolvedCase

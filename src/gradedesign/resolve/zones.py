@@ -27,8 +27,8 @@ from gradedesign.layout.zone_weights import (
 )
 from gradedesign.material.scaling_law import has_strength
 from gradedesign.part.part import Part
-from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.resolve.planned_law import PlannedLaw, planned_law
+from gradedesign.resolve.registry import Registry, lookup
 from gradedesign.resolve.resolve import cell_parameters, density_bounds
 
 

@@ -8,9 +8,9 @@ from typing import Any
 
 from gradedesign.limits.verdict import unsure_words
 from gradedesign.part.file_body import file_body_data
-from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.load_balance import load_balances, load_case_data
 from gradedesign.resolve.problem import Problem, part_volume
+from gradedesign.resolve.registry import Registry
 from gradedesign.resolve.resolve_law import buckling_basis, stress_basis
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.size_effects import why_periodic

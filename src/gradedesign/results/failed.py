@@ -11,7 +11,7 @@ from gradedesign.case.schema import Case
 from gradedesign.errors import GradeDesignError
 from gradedesign.loop.iteration import DesignIteration
 from gradedesign.output.result import RunResult
-from gradedesign.plugin.registry import Registry
+from gradedesign.resolve.registry import Registry
 from gradedesign.results.files import RESULT_NAME, finished_run, stated_outputs, write_result
 from gradedesign.results.provenance import stamped
 from gradedesign.workspace.run_folder import RunFolder

@@ -31,7 +31,6 @@ from gradedesign.output.pictures import (
     picture_stress,
 )
 from gradedesign.output.result import RunResult, as_json
-from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.cell_choice import CellChoice
 from gradedesign.resolve.lattice_files import (
     STL_NAME,
@@ -43,6 +42,7 @@ from gradedesign.resolve.lattice_files import (
 )
 from gradedesign.resolve.outer_triangles import keeps_outer
 from gradedesign.resolve.problem import Problem, unjudged_share
+from gradedesign.resolve.registry import Registry
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.thinnest_wall import thinnest_wall
 from gradedesign.results.analysed_models import analysed_models, without_model

@@ -18,8 +18,8 @@ from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.iteration_steps import predict
 from gradedesign.mesh.meshed_surface import failed_attempts
 from gradedesign.output.result import RunResult
-from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.outer_triangles import outer_data
+from gradedesign.resolve.registry import Registry
 from gradedesign.resolve.setup import Setup
 from gradedesign.results.acceptance_data import acceptance_data, measure_data
 from gradedesign.results.coarse_layers import coarse_layer

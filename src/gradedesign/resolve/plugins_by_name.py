@@ -7,7 +7,8 @@ import tomllib
 from functools import cache
 from importlib import metadata, resources
 
-from gradedesign.plugin.markers import DISABLE_VARIABLE
+#: Set to 1 to load no installed plugin, only the built-ins.
+DISABLE_VARIABLE = "GRADEDESIGN_DISABLE_PLUGINS"
 
 
 def supplied_by(kind: str, name: str) -> str:

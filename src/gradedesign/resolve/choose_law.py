@@ -8,7 +8,7 @@ from gradedesign.case.suggest import instead
 from gradedesign.errors import CaseError
 from gradedesign.material.power_fit import GIBSON_ASHBY, gibson_ashby
 from gradedesign.material.scaling_law import ScalingLaw, has_strength
-from gradedesign.plugin.registry import Registry, lookup
+from gradedesign.resolve.registry import Registry, lookup
 
 log = logging.getLogger(__name__)
 

@@ -1,12 +1,15 @@
-"""Records of the registry: entries by name, their sources, and failures to load."""
+"""The registry: records that the built-ins and the installed plugins supply, found by name."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, Literal
 
+from gradedesign.case.suggest import described, instead, meant, question
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
+from gradedesign.errors import CaseError, PluginError
 from gradedesign.fe.eigen_solver import EigenSolver
 from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.limits.limit import LimitKind
@@ -17,7 +20,41 @@ from gradedesign.output.exporter import Exporter
 from gradedesign.output.output import Output
 from gradedesign.part.reader import PartReader
 from gradedesign.part.repairer import Repairer
+from gradedesign.resolve.plugins_by_name import supplied_by
 from gradedesign.verify.analysis import ExplicitAnalysis
+
+Kind = Literal[
+    "cell_families",
+    "cell_makers",
+    "scaling_laws",
+    "materials",
+    "readers",
+    "repairers",
+    "exporters",
+    "outputs",
+    "solvers",
+    "eigen_solvers",
+    "meshers",
+    "limits",
+    "analyses",
+]
+
+#: Names of the kinds in messages.
+NOUNS: Mapping[Kind, str] = {
+    "cell_families": "cell family",
+    "cell_makers": "cell maker",
+    "scaling_laws": "scaling law",
+    "materials": "material",
+    "readers": "part reader",
+    "repairers": "repairer",
+    "exporters": "exporter",
+    "outputs": "output",
+    "solvers": "linear solver",
+    "eigen_solvers": "eigenvalue solver",
+    "meshers": "mesher",
+    "limits": "kind of limit",
+    "analyses": "explicit analysis",
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,3 +125,51 @@ class Registry:
     def notes(self) -> tuple[str, ...]:
         """Everything that a user should hear about the plugins, one sentence each."""
         return (*(f"disabled {failure}" for failure in self.failures), *self.warnings)
+
+
+def lookup(registry: Registry, kind: Kind, name: str) -> Any:
+    """Find a record by the name a case gives.
+
+    Parameters
+    ----------
+    registry : Registry
+    kind : str
+        ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers``,
+        ``repairers``, ``exporters``, ``outputs``, ``solvers``, ``eigen_solvers``, ``meshers``,
+        ``limits`` or ``analyses``.
+    name : str
+
+    Raises
+    ------
+    CaseError
+        If there is no such name; names the plugin of this project that has it, or lists the valid
+        ones and the nearest spelling.
+    PluginError
+        The same, when a plugin that might have supplied it failed to load.
+    """
+    shelf: Mapping[str, Any] = getattr(registry, kind)
+    if name in shelf:
+        return shelf[name]
+    if plugin := supplied_by(kind, name):
+        raise absent(registry, f"no {NOUNS[kind]} named '{name}'; {plugin}")
+    near = instead(name, shelf)
+    if not meant(name, shelf):
+        texts = {known: getattr(record, "source", "") for known, record in shelf.items()}
+        near = f"{question(described(name, texts))} {near}".lstrip()
+    raise absent(registry, f"no {NOUNS[kind]} named '{name}'; {near}")
+
+
+def absent(registry: Registry, message: str) -> CaseError | PluginError:
+    """The error of something that a case names and nothing supplies.
+
+    Returns
+    -------
+    CaseError
+        With the message.
+    PluginError
+        With the causes added, when a plugin that might have supplied it failed to load.
+    """
+    if registry.notes:
+        causes = "; ".join(registry.notes)
+        return PluginError(f"{message}. A plugin may be to blame: {causes}")
+    return CaseError(message)
