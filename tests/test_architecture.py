@@ -41,7 +41,7 @@ HEAVY = {
     "platformdirs": ("workspace",),
     "jinja2": ("output",),
     "meshio": ("output",),
-    "trimesh": ("part/trimesh_formats.py", "output/trimesh_formats.py", "output/without_octant.py"),
+    "trimesh": ("part/read_trimesh.py", "output/write_trimesh.py", "output/without_octant.py"),
     "manifold3d": ("mesh", "part"),
     "pymeshlab": (),
 }

@@ -10,7 +10,7 @@ from damaged_shapes import binary, box
 from small_parts import SHORT_BAR
 
 from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.output.stl import write_stl
+from gradedesign.output.write_stl import write_stl
 from gradedesign.part.box import box_surface
 from gradedesign.resolve import lattice_files
 

@@ -16,7 +16,7 @@ from gradedesign.mesh.chord_tolerance import within_chord
 from gradedesign.mesh.meshed_surface import tetrahedralize
 from gradedesign.mesh.mesher import PYTETWILD
 from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
-from gradedesign.output.stl import surface_of_stl
+from gradedesign.output.write_stl import surface_of_stl
 from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve.setup import prepare
 from gradedesign.verify.analysis import Discretisation

@@ -14,8 +14,8 @@ from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.output.printed_lattice import PrintedLattice
-from gradedesign.output.threemf import BALLS, BEAMS, CORE, export_3mf_beams
-from gradedesign.output.threemf_read_back import read_back
+from gradedesign.output.read_back_3mf import read_back
+from gradedesign.output.write_3mf import BALLS, BEAMS, CORE, export_3mf_beams
 from gradedesign.part.box import box_surface
 from gradedesign.plugin.registry import build_registry
 

@@ -19,9 +19,9 @@ from damaged_shapes import binary, box, corners_of, cube, rod, text
 from gradedesign.errors import PartError
 from gradedesign.mesh.surface_mesh import enclosed_volume, open_edge_count
 from gradedesign.part.raw_triangles import in_mm
+from gradedesign.part.read_3mf import read_3mf
+from gradedesign.part.read_stl import read_stl
 from gradedesign.part.repair import build_surface
-from gradedesign.part.stl import read_stl
-from gradedesign.part.threemf import read_3mf
 
 #: Files of one test, tests of each format, and those of them that run with every test.
 ROUND, ROUNDS, ALWAYS = 50, 70, 1

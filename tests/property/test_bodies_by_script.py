@@ -10,9 +10,9 @@ from damaged_shapes import binary
 from gradedesign.errors import PartError
 from gradedesign.mesh.surface_mesh import area_vectors, enclosed_volume
 from gradedesign.part.raw_triangles import in_mm
+from gradedesign.part.read_stl import read_stl
 from gradedesign.part.repair import build_surface
 from gradedesign.part.signed_distance import surface_distance
-from gradedesign.part.stl import read_stl
 
 VARIANTS = {name: (bodies, corners) for name, bodies, corners in variants(41)}
 #: Corners are within 180 mm of the origin: single precision moves each by at most 2^-24 of that in

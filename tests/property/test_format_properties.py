@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from gradedesign.errors import PartError
 from gradedesign.mesh.surface_mesh import enclosed_volume
 from gradedesign.part.raw_triangles import in_mm
+from gradedesign.part.read_trimesh import read_glb, read_obj, read_off, read_ply
 from gradedesign.part.repair import build_surface
-from gradedesign.part.trimesh_formats import read_glb, read_obj, read_off, read_ply
 
 READ = {"obj": read_obj, "ply": read_ply, "off": read_off, "glb": read_glb}
 

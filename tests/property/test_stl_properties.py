@@ -13,8 +13,8 @@ from gradedesign.errors import PartError
 from gradedesign.mesh.surface_mesh import corner_points, enclosed_volume, open_edge_count
 from gradedesign.part.box import box_surface
 from gradedesign.part.raw_triangles import in_mm, raw_triangles
+from gradedesign.part.read_stl import parse_stl
 from gradedesign.part.repair import build_surface
-from gradedesign.part.stl import parse_stl
 
 BOX = corner_points(box_surface((10.0, 20.0, 30.0)))
 

@@ -15,7 +15,7 @@ from gradedesign.cli.check_data import check_data
 from gradedesign.errors import CaseError, ResourceError
 from gradedesign.material.power_law import power_law
 from gradedesign.material.scaling_law import LawOrigin
-from gradedesign.output.stl import write_stl
+from gradedesign.output.write_stl import write_stl
 from gradedesign.part.box import box_surface
 from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve import part_tets as mesh_module

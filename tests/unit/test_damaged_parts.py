@@ -20,8 +20,8 @@ from damaged_shapes import ANNULUS, binary, corners_of, cube, ring, rod, swept, 
 from gradedesign.errors import PartError
 from gradedesign.mesh.surface_mesh import enclosed_volume
 from gradedesign.part.raw_triangles import in_mm
+from gradedesign.part.read_stl import read_stl
 from gradedesign.part.repair import build_surface
-from gradedesign.part.stl import read_stl
 
 COUNT = 1000
 #: A volume this far off, told or not, is wrong.

@@ -16,8 +16,8 @@ from gradedesign.generate.stated_density import stated_density
 from gradedesign.lattice.density_grid import evaluate
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.surface import require_closed
-from gradedesign.output.stl import surface_of_stl
-from gradedesign.part.stl import read_stl
+from gradedesign.output.write_stl import surface_of_stl
+from gradedesign.part.read_stl import read_stl
 from gradedesign.plugin.registry import build_registry
 
 CASE = """\

@@ -17,7 +17,7 @@ from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.lattice.skin import Skin
 from gradedesign.mesh.crossings import TOUCHING, crossing_triangles
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume, open_edge_count
-from gradedesign.output.stl import surface_of_stl, write_stl
+from gradedesign.output.write_stl import surface_of_stl, write_stl
 from gradedesign.part.box import box_surface
 from gradedesign.part.signed_distance import surface_distance
 from gradedesign.plugin.registry import build_registry

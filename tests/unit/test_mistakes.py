@@ -16,7 +16,7 @@ from gradedesign.case.read_generate import load_generate_case
 from gradedesign.case.schema import CaseFile
 from gradedesign.case.suggest import described, meant
 from gradedesign.errors import CaseError
-from gradedesign.output.stl import write_stl
+from gradedesign.output.write_stl import write_stl
 from gradedesign.part.box import box_surface
 
 LISTS = {

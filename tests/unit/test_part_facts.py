@@ -12,15 +12,15 @@ from gradedesign.errors import CaseError
 from gradedesign.fe.space import tet_space
 from gradedesign.mesh.mesher import PYTETWILD
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_centroid
-from gradedesign.output.stl import write_stl
+from gradedesign.output.write_stl import write_stl
 from gradedesign.part import chords as chords_module
 from gradedesign.part.box import box_surface
 from gradedesign.part.chords import chords
 from gradedesign.part.part import read_part
 from gradedesign.part.place_words import number
+from gradedesign.part.read_stl import read_stl
 from gradedesign.part.regions import select_regions
 from gradedesign.part.round_shapes import round_shapes
-from gradedesign.part.stl import read_stl
 from gradedesign.part.thickness import local_thickness
 from gradedesign.resolve.free_motions import require_supported
 from gradedesign.resolve.part_tets import part_tets

@@ -51,7 +51,7 @@ def registry():
 @pytest.fixture
 def box_file(tmp_path):
     """A box of 24 x 12 x 12 mm as STL."""
-    from gradedesign.output.stl import write_stl
+    from gradedesign.output.write_stl import write_stl
     from gradedesign.part.box import box_surface
 
     write_stl(tmp_path / "part.stl", box_surface((24.0, 12.0, 12.0)))

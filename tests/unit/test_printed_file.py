@@ -9,7 +9,7 @@ from gradedesign.errors import ResourceError
 from gradedesign.lattice.islands import Islands
 from gradedesign.loop import exported_surface as exporting
 from gradedesign.loop.announce import Announcer
-from gradedesign.output.stl import write_stl
+from gradedesign.output.write_stl import write_stl
 from gradedesign.part.box import box_surface
 from gradedesign.resolve import lattice_files
 from gradedesign.resolve.lattice_files import STL_NAME

@@ -10,9 +10,9 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.edge_balance import edge_balance
 from gradedesign.output.ply import export_ply
 from gradedesign.output.printed_lattice import PrintedLattice
-from gradedesign.output.stl import export_stl
-from gradedesign.output.threemf import export_3mf
-from gradedesign.output.trimesh_formats import export_glb, export_obj, export_off
+from gradedesign.output.write_3mf import export_3mf
+from gradedesign.output.write_stl import export_stl
+from gradedesign.output.write_trimesh import export_glb, export_obj, export_off
 from gradedesign.resolve.lattice_files import crossing_warnings
 
 BALL = extract_surface(lambda p: np.sqrt((p**2).sum(axis=0)) - 2.0, [-3] * 3, [3] * 3, 0.25)

@@ -12,7 +12,7 @@ from small_parts import held_bar
 
 from gradedesign.case.read_generate import load_generate_case
 from gradedesign.part.part import read_part
-from gradedesign.part.stl import read_stl
+from gradedesign.part.read_stl import read_stl
 
 
 class File(NamedTuple):

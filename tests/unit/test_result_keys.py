@@ -120,7 +120,7 @@ def test_a_result_says_where_it_comes_from(tmp_path):
 
 @pytest.mark.usefixtures("undrawn")
 def test_checksums_are_those_of_the_files(cli, tmp_path):
-    from gradedesign.output.stl import write_stl
+    from gradedesign.output.write_stl import write_stl
     from gradedesign.part.box import box_surface
 
     write_stl(tmp_path / "block.stl", box_surface((8.0, 8.0, 8.0)))

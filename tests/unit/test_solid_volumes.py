@@ -18,10 +18,10 @@ from gradedesign.lattice.solid_layers import solid_layers
 from gradedesign.layout.design_domain import design_domain
 from gradedesign.layout.zone_weights import zone_weights
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
-from gradedesign.output.stl import write_stl
+from gradedesign.output.write_stl import write_stl
 from gradedesign.part.box import box_surface
 from gradedesign.part.part import read_part
-from gradedesign.part.stl import read_stl
+from gradedesign.part.read_stl import read_stl
 from gradedesign.plugin.registry import build_registry
 from gradedesign.results.marks import region_marks
 from gradedesign.verify.bricks_within_budget import _box_planes

@@ -13,7 +13,7 @@ from gradedesign.errors import CaseError, PartError
 from gradedesign.mesh.surface_mesh import corner_points
 from gradedesign.part.box import box_surface
 from gradedesign.part.raw_triangles import in_mm
-from gradedesign.part.stl import read_stl
+from gradedesign.part.read_stl import read_stl
 
 BOX = corner_points(box_surface((10.0, 20.0, 30.0)))
 

@@ -7,8 +7,8 @@ import trimesh
 from gradedesign.errors import CaseError, LatticeError, ResourceError
 from gradedesign.lattice.surface import extract_surface, require_closed
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
-from gradedesign.output import stl
-from gradedesign.output.stl import float32_vertices, surface_of_stl, write_stl
+from gradedesign.output import write_stl as stl
+from gradedesign.output.write_stl import float32_vertices, surface_of_stl, write_stl
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 from small_parts import box_part
 
 from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.output.stl import write_stl
+from gradedesign.output.write_stl import write_stl
 
 REST = """
 [material]

@@ -9,8 +9,8 @@ from gradedesign.errors import PartError
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
 from gradedesign.part import _threemf_package
 from gradedesign.part.box import box_surface
+from gradedesign.part.read_3mf import read_3mf
 from gradedesign.part.repair import build_surface
-from gradedesign.part.threemf import read_3mf
 
 BOX = box_surface((1.0, 2.0, 3.0))
 CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"

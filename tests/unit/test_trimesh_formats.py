@@ -11,8 +11,8 @@ from gradedesign.errors import PartError
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.output.ply import export_ply
 from gradedesign.output.printed_lattice import PrintedLattice
-from gradedesign.output.trimesh_formats import export_glb, export_obj, export_off
-from gradedesign.part.trimesh_formats import read_glb, read_obj, read_off, read_ply
+from gradedesign.output.write_trimesh import export_glb, export_obj, export_off
+from gradedesign.part.read_trimesh import read_glb, read_obj, read_off, read_ply
 
 READ = {"obj": read_obj, "ply": read_ply, "off": read_off, "glb": read_glb}
 WRITE = {"obj": export_obj, "ply": export_ply, "off": export_off, "glb": export_glb}

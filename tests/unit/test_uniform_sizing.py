@@ -19,7 +19,7 @@ from gradedesign.material.power_law import power_law
 from gradedesign.material.scaling_law import LawOrigin
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, centroids
-from gradedesign.output.stl import write_stl
+from gradedesign.output.write_stl import write_stl
 from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.sizing import size as size_module
 from gradedesign.sizing.filter import cone_filter, uniform_filter

@@ -12,8 +12,8 @@ from gradedesign import PartError
 from gradedesign.case.read_generate import load_generate_case
 from gradedesign.cli import main
 from gradedesign.part.part import read_part
+from gradedesign.part.read_stl import read_stl
 from gradedesign.part.repair import build_surface
-from gradedesign.part.stl import read_stl
 from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve.part_repairer import part_repairer
 

@@ -36,11 +36,11 @@ from gradedesign.mesh.surface_mesh import enclosed_volume
 from gradedesign.part.exact_faces import exact_faces
 from gradedesign.part.file_faces import carried
 from gradedesign.part.raw_triangles import in_mm
+from gradedesign.part.read_3mf import read_3mf
+from gradedesign.part.read_stl import read_stl
 from gradedesign.part.regions import select_regions
 from gradedesign.part.repair import build_surface
 from gradedesign.part.smooth_faces import segment_faces
-from gradedesign.part.stl import read_stl
-from gradedesign.part.threemf import read_3mf
 from gradedesign_step.cad_reader import read_iges, read_step
 
 #: Centres of the holes of 6 mm diameter in the plate of 40 x 30 x 10 mm.

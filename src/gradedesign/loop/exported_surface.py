@@ -10,7 +10,7 @@ from gradedesign.lattice.printed_surface import printed_surface
 from gradedesign.lattice.surface import require_closed
 from gradedesign.loop.analysed import Analysed
 from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.output.stl import surface_of_stl
+from gradedesign.output.write_stl import surface_of_stl
 from gradedesign.resolve.lattice_files import STL_NAME, chord_tolerance, write_printed
 from gradedesign.resolve.outer_triangles import keeps_outer
 from gradedesign.resolve.setup import Setup

@@ -12,7 +12,7 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.output._triangle_kernels import cone_volume
 from gradedesign.output.edge_balance import edge_balance
 from gradedesign.output.printed_lattice import PrintedLattice
-from gradedesign.output.stl import VOLUME_TOLERANCE, float32_vertices
+from gradedesign.output.write_stl import VOLUME_TOLERANCE, float32_vertices
 from gradedesign.workspace.progress import report_step
 
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", (3,))])  # 13 bytes

@@ -23,14 +23,14 @@ from gradedesign.output.exporter import Exporter
 from gradedesign.output.output import Output
 from gradedesign.output.ply import export_ply
 from gradedesign.output.report import REPORT
-from gradedesign.output.stl import export_stl
-from gradedesign.output.threemf import export_3mf, export_3mf_beams
-from gradedesign.output.trimesh_formats import export_glb, export_obj, export_off
 from gradedesign.output.vtu_output import VTU
+from gradedesign.output.write_3mf import export_3mf, export_3mf_beams
+from gradedesign.output.write_stl import export_stl
+from gradedesign.output.write_trimesh import export_glb, export_obj, export_off
+from gradedesign.part.read_3mf import read_3mf
+from gradedesign.part.read_stl import read_stl
+from gradedesign.part.read_trimesh import read_glb, read_obj, read_off, read_ply
 from gradedesign.part.reader import PartReader
-from gradedesign.part.stl import read_stl
-from gradedesign.part.threemf import read_3mf
-from gradedesign.part.trimesh_formats import read_glb, read_obj, read_off, read_ply
 from gradedesign.plugin.hookspecs import hookimpl
 from gradedesign.verify.analysis import ExplicitAnalysis
 from gradedesign.verify.finite_cells import FINITE_CELLS

@@ -27,7 +27,7 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.mesh.triangle_cells import CellGrid
 from gradedesign.output.exporter import Exporter, PlannedPrint
 from gradedesign.output.printed_lattice import PrintedLattice
-from gradedesign.output.stl import write_stl
+from gradedesign.output.write_stl import write_stl
 from gradedesign.resolve.outer_triangles import outer_records
 from gradedesign.resolve.plugins_by_name import supplied_by
 from gradedesign.resolve.registry import Registry, absent

@@ -6,8 +6,8 @@ from typing import Any
 
 from gradedesign.case.schema import CaseIdentity
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
-from gradedesign.output.stl import same_triangles
-from gradedesign.part.stl import binary_records
+from gradedesign.output.write_stl import same_triangles
+from gradedesign.part.read_stl import binary_records
 
 
 def keeps_outer(case: CaseIdentity) -> bool:

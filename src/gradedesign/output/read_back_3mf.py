@@ -16,7 +16,7 @@ from gradedesign.errors import ResourceError
 from gradedesign.lattice.beams import BeamLattice
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.output.edge_balance import edge_balance
-from gradedesign.output.stl import VOLUME_TOLERANCE
+from gradedesign.output.write_stl import VOLUME_TOLERANCE
 
 #: Where the model lies in the package.
 MODEL = "3D/3dmodel.model"

@@ -19,13 +19,13 @@ from gradedesign.errors import LatticeError
 from gradedesign.lattice.beams import BeamLattice
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.printed_lattice import PrintedLattice
-from gradedesign.output.stl import float32_vertices
-from gradedesign.output.threemf_read_back import (
+from gradedesign.output.read_back_3mf import (
     MODEL,
     read_back,
     require_same_beams,
     require_same_surface,
 )
+from gradedesign.output.write_stl import float32_vertices
 
 CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 BEAMS = "http://schemas.microsoft.com/3dmanufacturing/beamlattice/2017/02"

@@ -13,9 +13,9 @@ from gradedesign.errors import ResourceError
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.output.edge_balance import edge_balance
 from gradedesign.output.printed_lattice import PrintedLattice
-from gradedesign.output.stl import VOLUME_TOLERANCE, float32_vertices
+from gradedesign.output.write_stl import VOLUME_TOLERANCE, float32_vertices
 from gradedesign.part.raw_triangles import UNIT_MM, RawTriangles
-from gradedesign.part.trimesh_formats import read_glb, read_obj, read_off, y_up
+from gradedesign.part.read_trimesh import read_glb, read_obj, read_off, y_up
 
 #: Decimals of coordinates in text, mm: below the steps of float32 above 0.01 mm.
 _DIGITS = 9
