@@ -23,6 +23,7 @@ from gradedesign.case.limits_schema import (
     with_limit_entries,
 )
 from gradedesign.case.load_schema import FixSpec, LoadCaseSpec, LoadSpec
+from gradedesign.case.locate import Where
 from gradedesign.case.material_schema import MaterialSpec
 from gradedesign.case.part_schema import PartSpec, ShapeSpec
 from gradedesign.case.place_schema import KeepSpec
@@ -122,27 +123,10 @@ class CaseIdentity(Table):
     aliases: dict[str, str] = Field(default_factory=dict, repr=False)
     """Keys of the file that stand for others: a zone's for those of ``[lattice]``."""
 
-    def where(self, key: str) -> str:
-        """Name file and line of a dotted key, for messages.
-
-        Parameters
-        ----------
-        key : str
-            Such as ``region.tip`` or ``load_case[0].fix[0]``.
-
-        Returns
-        -------
-        str
-            ``case.toml:12: region.tip``, with the line of the nearest table around a key that is
-            not written; without one where none is.
-        """
-        key = self.aliases.get(key, key)
-        around = key
-        while around and around not in self.lines:
-            around = around[: max(around.rfind("."), around.rfind("["), 0)]
-        line = self.lines.get(around)
-        place = self.path.name if line is None else f"{self.path.name}:{line}"
-        return f"{place}: {key}"
+    @property
+    def where(self) -> Where:
+        """Where its keys stand in the file."""
+        return Where(file=self.path.name, lines=self.lines, aliases=self.aliases, layout=type(self))
 
 
 class Case(CaseIdentity):

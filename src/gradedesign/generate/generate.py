@@ -150,7 +150,7 @@ def _generate(
     """The stages in order."""
     formats = lattice_files(case, registry)
     mend = part_repairer(case, registry)
-    with announce.stage("part"), locating(case, "part.file"):
+    with announce.stage("part"), locating(case.where, "part.file"):
         part = read_part(case, part_readers(case, registry), mend)
     require_fits(case, part.surface)
     require_voxels_fit(case, part.surface)

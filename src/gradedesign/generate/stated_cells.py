@@ -98,7 +98,7 @@ def stated_cells(case: GenerateCase, registry: Registry) -> StatedCells:
         second = spec.transition
         key = "lattice.transition"
         families.append(_calibrated(case, registry, key, second.cell, second.parameters))
-        with locating(case, key):
+        with locating(case.where, key):
             plain = cell_transition(families[0], families[1], scale=_scale(second))
         level_of, window = plain.level_of, plain.window
     cells = StatedCells(families=tuple(families), window=window, level_of=level_of)
@@ -110,18 +110,18 @@ def _with_floor(case: GenerateCase, cells: StatedCells) -> StatedCells:
     least = None if case.print is None else case.print.min_wall
     if least is None:
         return cells
-    with locating(case, "print.min_wall"):
+    with locating(case.where, "print.min_wall"):
         floors = [density_for_wall(c, least, case.lattice.cell_size) for c in cells.families]
     return replace(cells, window=(max(cells.window[0], *floors), cells.window[1]))
 
 
 def _incremented(case: GenerateCase, registry: Registry, spec: ParameterMapSpec) -> StatedCells:
     """One family at the increments of a parameter."""
-    with locating(case, "lattice.cell"):
+    with locating(case.where, "lattice.cell"):
         family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
-    with locating(case, "lattice.parameters"):
+    with locating(case.where, "lattice.parameters"):
         complete_parameters(family, case.lattice.parameters)
-    with locating(case, "lattice.parameter_map.parameter"):
+    with locating(case.where, "lattice.parameter_map.parameter"):
         increments = cell_increments(
             family, case.lattice.parameters, spec.parameter, spec.values, spec.increments
         )
@@ -184,9 +184,9 @@ def build_cells(
             transition={},
         )
     least, scale = least_density(density), _scale(spec)
-    with locating(case, "lattice.transition.weight"):
+    with locating(case.where, "lattice.transition.weight"):
         grid = _weight_grid(case, spec, domain)
-    with locating(case, "lattice.transition"):
+    with locating(case.where, "lattice.transition"):
         shift = spec.shift
         if shift is None:
             shift = joining_shift(first, others[0], least, scale=scale)
@@ -248,7 +248,7 @@ def parameter_share(
     """
     spec = case.lattice.parameter_map
     first, last = float(increments.values[0]), float(increments.values[-1])
-    with locating(case, "lattice.parameter_map"):
+    with locating(case.where, "lattice.parameter_map"):
         if spec is None or spec.formula is None:
             if not isinstance(density, DensityGrid) or np.ptp(density.values) == 0:
                 raise CaseError(
@@ -280,11 +280,11 @@ def thinnest_wall(cells: StatedCells, density: float, size: float) -> float:
 def _calibrated(
     case: GenerateCase, registry: Registry, key: str, name: str, stated: Mapping[str, float]
 ) -> Cell:
-    with locating(case, f"{key}.cell"):
+    with locating(case.where, f"{key}.cell"):
         family: CellFamily = lookup(registry, "cell_families", name)
-    with locating(case, f"{key}.parameters"):
+    with locating(case.where, f"{key}.parameters"):
         parameters = complete_parameters(family, stated)
-    with locating(case, f"{key}.cell"):
+    with locating(case.where, f"{key}.cell"):
         return calibrate(family, parameters)
 
 

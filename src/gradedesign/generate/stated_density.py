@@ -61,7 +61,7 @@ def stated_density(
     spec = case.lattice
     low, high = spec.density or window
     if source is None and spec.density_map is None:
-        with locating(case, "lattice.density"):
+        with locating(case.where, "lattice.density"):
             level_of(low)
             _require_floor(low, window)
         return low
@@ -70,7 +70,7 @@ def stated_density(
     if source is None and spec.density_map is not None:
         source_kind = spec.density_map.source
         key = f"{key}.{source_kind}"
-    with locating(case, key):
+    with locating(case.where, key):
         if source is None:
             source = _source(case, spec.density_map, domain)
         return sample_density(

@@ -64,7 +64,7 @@ def stated_map(
     tensor_of = stated_directions(case, distance)
     frames = None if tensor_of is None else oriented_frames(case, part, tensor_of)
     if case.lattice.graded_size and isinstance(density, DensityGrid):
-        with locating(case, "lattice.size"):
+        with locating(case.where, "lattice.size"):
             ends = (float(density.values.min()), float(density.values.max()))
             wanted = wanted_size(case, cell, density, ends)
             cell_map = graded_map(case, part, wanted, frames)
@@ -75,7 +75,7 @@ def stated_map(
         require_warps_reach(case, points)
         cell_map = placed_map(case, part, distance)
     key = "lattice.size" if case.lattice.graded_size else map_key(case)
-    with locating(case, "lattice.orientation" if frames is not None else key):
+    with locating(case.where, "lattice.orientation" if frames is not None else key):
         report = map_report(cell_map, points, wanted=wanted)
         require_unfolded(report)
     data = asdict(report)

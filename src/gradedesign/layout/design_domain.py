@@ -42,7 +42,7 @@ def design_domain(
         If these are too small for a grid of the part.
     """
     points = part.surface.vertices
-    with locating(case, "part"):
+    with locating(case.where, "part"):
         distance = surface_distance(part.surface)
     domain = DesignDomain(
         distance=distance,

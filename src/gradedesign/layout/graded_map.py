@@ -27,7 +27,7 @@ def require_one_thickness(case: Case | GenerateCase, family: CellFamily) -> None
     CaseError
     """
     if case.lattice.grading == "thickness" and not family.distance:
-        with locating(case, "lattice.grading"):
+        with locating(case.where, "lattice.grading"):
             raise CaseError(
                 f'grading = "thickness" needs walls of one thickness in each cell, which '
                 f"'{family.name}' does not have; take a cell whose name ends in -wall "
@@ -89,7 +89,7 @@ def graded_map(
     def frame(points: FloatArray) -> FloatArray:
         return constant_jacobian(axes.T, points)
 
-    with locating(case, "lattice.size"):
+    with locating(case.where, "lattice.size"):
         return graded_size_map(
             wanted,
             lower,

@@ -24,5 +24,5 @@ def placed_layout(case: Case, part: Part, domain: DesignDomain) -> CellLayout:
     points = lattice_points(domain)
     require_lattice_left(case, points, domain)
     require_warps_reach(case, points)
-    with locating(case, map_key(case)):
+    with locating(case.where, map_key(case)):
         return cell_layout(cell_map, points, case.lattice.edges)

@@ -41,7 +41,7 @@ def placed_map(case: Case | GenerateCase, part: Part, distance: Field) -> CellMa
     CaseError
         If the map is impossible.
     """
-    with locating(case, map_key(case)):
+    with locating(case.where, map_key(case)):
         return warped(case, _map_of_kind(case, part, distance))
 
 
@@ -64,7 +64,7 @@ def warped(case: Case | GenerateCase, cell_map: CellMap) -> CellMap:
     ]
     if not spheres:
         return cell_map
-    with locating(case, "lattice.warp"):
+    with locating(case.where, "lattice.warp"):
         return warp_map(cell_map, spheres)
 
 

@@ -137,7 +137,7 @@ def _border(case: Case, zone: ZoneSpec, part: Part, distance: Field) -> Field:
 def _formula_border(case: Case, zone: ZoneSpec, distance: Field) -> Field:
     """Value of a formula over the length of its gradient: a distance to first order, mm."""
     number = next(k for k, entry in enumerate(case.zone) if entry is zone)
-    with locating(case, f"zone[{number}].formula"):
+    with locating(case.where, f"zone[{number}].formula"):
         value = formula_field(parse_formula(zone.formula or ""), distance)
     step = _STEP * case.lattice.cell_size
 

@@ -44,7 +44,7 @@ def graded_cells(problem: Problem, cells: CellChoice, rho: FloatArray) -> CellCh
     case = problem.case
     if not case.lattice.graded_size:
         return cells
-    with locating(case, "lattice.size"):
+    with locating(case.where, "lattice.size"):
         wanted = wanted_size(case, cells.cell, density_grid(problem, cells, rho), cells.bounds)
         cell_map = graded_map(case, problem.part, wanted, cells.frames)
         layout = cell_layout(cell_map, cells.layout.points, case.lattice.edges, wanted=wanted)

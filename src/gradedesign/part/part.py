@@ -200,10 +200,10 @@ def _bodies(
     notes: list[str] = []
     for key, body in stated_bodies(case).items():
         if body.region is not None:
-            with locating(case, f"{key}.region"):
+            with locating(case.where, f"{key}.region"):
                 bodies[body] = bodies_with(surface, regions[body.region].triangles)
         elif body.file is not None:
-            with locating(case, f"{key}.file"):
+            with locating(case.where, f"{key}.file"):
                 raw, _ = _read_file(key, body.units, body.file, readers)
                 bodies[body], report = build_surface(
                     raw.corners, bodies="all", source=body.file.name

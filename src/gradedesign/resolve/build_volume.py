@@ -31,7 +31,7 @@ def require_fits(case: CaseIdentity, surface: SurfaceMesh) -> None:
         return
     fitting = [name for name, extent in extents.items() if (extent <= room).all()]
     advice = f"take build_direction {', '.join(fitting)}" if fitting else "no direction fits"
-    with locating(case, "print.build_volume"):
+    with locating(case.where, "print.build_volume"):
         raise CaseError(
             f"found a part of {' x '.join(f'{s:g}' for s in size)} mm, built towards "
             f"{case.print.build_direction}, in {' x '.join(f'{s:g}' for s in room)} mm; expected "

@@ -24,7 +24,7 @@ def explicit_analysis(case: Case, registry: Registry) -> ExplicitAnalysis:
     PluginError
         The same, when a plugin that might have supplied it is disabled.
     """
-    with locating(case, "run.analysis"):
+    with locating(case.where, "run.analysis"):
         analysis = lookup(registry, "analyses", case.run.analysis)
     if words := analysis.refuses(case):
         raise CaseError(

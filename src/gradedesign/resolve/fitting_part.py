@@ -32,7 +32,7 @@ def fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
     """
     report_step("reading and repairing the part")
     mend = part_repairer(case, registry)
-    with locating(case, "part.file"):
+    with locating(case.where, "part.file"):
         part = read_part(case, part_readers(case, registry), mend)
     require_fits(case, part.surface)
     require_voxels_fit(case, part.surface)

@@ -80,7 +80,7 @@ def lattice_files(case: CaseIdentity, registry: Registry) -> tuple[LatticeFile, 
         The same, when a plugin that might have written it is disabled.
     """
     files: list[LatticeFile] = []
-    with locating(case, "output.formats"):
+    with locating(case.where, "output.formats"):
         for name in case.output.formats:
             if name in registry.outputs:
                 continue

@@ -22,7 +22,7 @@ def linear_solver(case: Case, registry: Registry) -> LinearSolver:
     PluginError
         The same, when a plugin that might have supplied it is disabled.
     """
-    with locating(case, "run.solver"):
+    with locating(case.where, "run.solver"):
         solver: LinearSolver = lookup(registry, "solvers", case.run.solver)
     who = f"solver '{solver.name}' of {registry.sources['solvers'][solver.name]}"
 

@@ -180,7 +180,7 @@ def _balance(case: Case, number: int, part: Part, density: float) -> LoadBalance
     rows = []
     for k, load in enumerate(spec.load):
         region = part.regions[load.region]
-        with locating(case, f"load_case[{number}].load[{k}].bearing"):
+        with locating(case.where, f"load_case[{number}].load[{k}].bearing"):
             force, turn = region_resultant(region, load)
         stated = [load.force or 0.0, load.bearing or 0.0]
         gross = sum(float(np.linalg.norm(size)) for size in stated)

@@ -37,7 +37,7 @@ def oriented_frames(case: Case | GenerateCase, part: Part, tensor_of: Field) -> 
     corners, spec = part.surface.vertices, case.lattice
     axes = turned_axes(spec.rotation)
     smooth = 1.0 if spec.orientation is None else spec.orientation.smooth
-    with locating(case, "lattice.orientation"):
+    with locating(case.where, "lattice.orientation"):
         return frame_field(
             tensor_of,
             corners.min(axis=0),
@@ -100,7 +100,7 @@ def oriented(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
         # The map itself follows from the densities that sizing finds.
         return replace(setup, cells=replace(cells, frames=frames))
     wanted = constant_size(case)
-    with locating(case, "lattice.orientation"):
+    with locating(case.where, "lattice.orientation"):
         cell_map = graded_map(case, problem.part, wanted, frames)
         layout = cell_layout(cell_map, cells.layout.points, case.lattice.edges, wanted=wanted)
     report = {

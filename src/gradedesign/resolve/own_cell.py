@@ -38,9 +38,9 @@ def with_own_cell(case: Case | GenerateCase, registry: Registry) -> Registry:
             f"{case.where('lattice.cell')}: '{name}' is an installed cell; give the one of "
             f"[lattice.own_cell] another name"
         )
-    with locating(case, "lattice.own_cell.maker"):
+    with locating(case.where, "lattice.own_cell.maker"):
         maker = lookup(registry, "cell_makers", own.maker)
-    with locating(case, "lattice.own_cell"):
+    with locating(case.where, "lattice.own_cell"):
         family = make_cell(maker, name, own.options, own.file)
         _require_usable(family, case.lattice.parameters)
     by = f"the case, through '{maker.name}' of {registry.sources['cell_makers'][maker.name]}"

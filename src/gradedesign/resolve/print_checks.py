@@ -60,7 +60,7 @@ def require_voxels_fit(case: CaseIdentity, part: SurfaceMesh) -> None:
     if need <= most:
         return
     key = "min_throat" if case.print.min_throat is not None else "limits.pore_throat"
-    with locating(case, f"print.{key}"):
+    with locating(case.where, f"print.{key}"):
         raise ResourceError(
             f"a grid of {step:.3g} mm, an eighth of the throat, on a part of "
             f"{' x '.join(f'{e:.4g}' for e in extent)} mm takes {need / 1e9:.3g} GB; found half of "

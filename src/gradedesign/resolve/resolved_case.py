@@ -164,10 +164,10 @@ def require_printable(resolved: ResolvedCase) -> None:
 
 def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
     """The case as if it had no zones."""
-    with locating(case, "material.name"):
+    with locating(case.where, "material.name"):
         material = resolve_material(case.material, registry)
     yielding = require_below_yield(case, material)
-    with locating(case, "lattice.cell"):
+    with locating(case.where, "lattice.cell"):
         family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
     parameters = cell_parameters(case, family)
     files, solver = lattice_files(case, registry), linear_solver(case, registry)
@@ -176,7 +176,7 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
     analysis = explicit_analysis(case, registry)
     # Reading comes before what may take seconds: a damaged file is found at once.
     case, part = fitting_part(case, registry)
-    with locating(case, "lattice.cell"):
+    with locating(case.where, "lattice.cell"):
         cell = calibrate(family, parameters)
     require_one_thickness(case, family)
     require_struts(case, family.name, struts=cell.axes is not None)
@@ -187,7 +187,7 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
     layout = placed_layout(case, part, domain)
     # The window of the cell itself is tested before a law is looked for.
     density_bounds(case, cell, None, layout.least)
-    with locating(case, "lattice.law"):
+    with locating(case.where, "lattice.law"):
         law = planned_law(case, registry, cell, poissons_ratio=material.poissons_ratio)
     bounds, narrowed = density_bounds(case, cell, law, layout.least)
     drains = drained(case, part, expected_design(domain, cell, layout, bounds), layout.least)
@@ -244,7 +244,7 @@ def with_acceptance(case: Case) -> Case:
 
 def _mesher(case: Case, registry: Registry, key: str, name: str) -> Mesher:
     """The mesher that a key names."""
-    with locating(case, key):
+    with locating(case.where, key):
         mesher: Mesher = lookup(registry, "meshers", name)
     return mesher
 

@@ -78,11 +78,11 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     resolved = resolve_case(case, registry)
     case = resolved.case
     nu = resolved.material.poissons_ratio
-    with locating(case, "lattice.law"):
+    with locating(case.where, "lattice.law"):
         law, law_warnings = resolve_law(case, registry, resolved.cell, on_event, poissons_ratio=nu)
     bounds, narrowed = density_bounds(case, resolved.cell, law, resolved.layout.least)
     laws = zone_laws(resolved, registry, law, on_event)
-    with locating(case, "part.mesh_size"), stepping("meshing the part"):
+    with locating(case.where, "part.mesh_size"), stepping("meshing the part"):
         mesh = part_tets(case, resolved.part, resolved.mesher)
     space = tet_space(mesh, 2)
     resolved = with_stressed_skins(resolved, space, on_event)

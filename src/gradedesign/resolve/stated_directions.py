@@ -48,7 +48,7 @@ def stated_directions(case: Case | GenerateCase, distance: Field) -> Field | Non
         return along
     if spec.vtu is None:
         return None
-    with locating(case, "lattice.orientation.vtu"):
+    with locating(case.where, "lattice.orientation.vtu"):
         mesh, values, at = read_vtu_tensor(spec.vtu, spec.field, memory_limit_bytes=case.run.memory)
     locator = build_locator(mesh)
 

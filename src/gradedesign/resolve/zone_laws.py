@@ -63,7 +63,7 @@ def zone_laws(
     bounds, warnings = [], []
     for k, zone in enumerate(zones.zones):
         number = zones.number_of(zone)
-        with locating(resolved.case, "lattice.law" if k == 0 else f"zone[{k - 1}]"):
+        with locating(resolved.case.where, "lattice.law" if k == 0 else f"zone[{k - 1}]"):
             if number not in laws:
                 laws[number], remarks = resolve_law(
                     zone.case,
@@ -131,7 +131,7 @@ def zoning(
         mix=zones.mix,
         factors=factors,
     )
-    with locating(resolved.case, "zone"):
+    with locating(resolved.case.where, "zone"):
         windows = zone_windows(plain, centres)
         require_windows(plain, centres, windows)
     return _with_windows(resolved.case, plain, windows), _mix_warnings(zones.cells, factors)
@@ -165,7 +165,7 @@ def _factors(
     for (i, j), transition in zones.mix.transitions.items():
         meeting = [zone.bounds for zone in made if zone.cell in (i, j)]
         bounds = min(b[0] for b in meeting), max(b[1] for b in meeting)
-        with locating(resolved.case, "zone"):
+        with locating(resolved.case.where, "zone"):
             mix = mix_factors(
                 transition,
                 (laws[i], laws[j]),

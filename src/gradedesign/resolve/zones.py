@@ -150,7 +150,7 @@ def resolve_zones(
     require_zones_used(case, names, at_points)
     zones, narrowed = [first], []
     for k, name in enumerate(names[1:]):
-        with locating(case, f"zone[{k}]"):
+        with locating(case.where, f"zone[{k}]"):
             zone, remarks = _resolved_zone(
                 zone_case(case, k), name, registry, layout.least, poissons_ratio
             )
@@ -162,7 +162,7 @@ def resolve_zones(
     if len(cells) > 1:
         _require_strengths(zones)
         number = [cells.index(zone.cell) for zone in zones]
-        with locating(case, "zone"):
+        with locating(case.where, "zone"):
             mix = _joined(case, zones, cells, number, at_points)
     return ResolvedZones(
         zones=tuple(zones),
@@ -178,11 +178,11 @@ def _resolved_zone(
     case: Case, name: str, registry: Registry, least: float, poissons_ratio: float
 ) -> tuple[ResolvedZone, list[str]]:
     """Cell, planned law and densities of a zone's own case."""
-    with locating(case, "lattice.cell"):
+    with locating(case.where, "lattice.cell"):
         family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
         cell = calibrate(family, cell_parameters(case, family))
     density_bounds(case, cell, None, least)
-    with locating(case, "lattice.law"):
+    with locating(case.where, "lattice.law"):
         law = planned_law(case, registry, cell, poissons_ratio=poissons_ratio)
     bounds, narrowed = density_bounds(case, cell, law, least)
     return ResolvedZone(name=name, case=case, cell=cell, law=law, bounds=bounds), narrowed
