@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from gradedesign.lattice.sample import checked_values
     from gradedesign.limits.analysis import Analysis
     from gradedesign.limits.key import LimitKey
-    from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
+    from gradedesign.limits.limit import Limit, LimitKind, PlacedModel, StatedLimit
     from gradedesign.limits.row import LimitRow
     from gradedesign.limits.state import HomogenisedState, Predicted, Response
     from gradedesign.material.cubic_law import cubic_law, cubic_table_law
@@ -134,7 +134,7 @@ __all__ = [
     "PartReader",
     "PixelField",
     "PixelPlane",
-    "PlacedCase",
+    "PlacedModel",
     "PlannedPrint",
     "PlannedSolid",
     "PluginError",
@@ -195,7 +195,7 @@ _HOMES = {
     "lattice.sample": "checked_values",
     "limits.analysis": "Analysis",
     "limits.key": "LimitKey",
-    "limits.limit": "Limit LimitKind PlacedCase StatedLimit",
+    "limits.limit": "Limit LimitKind PlacedModel StatedLimit",
     "limits.row": "LimitRow",
     "limits.state": "HomogenisedState Predicted Response",
     "case.part_path": "IMAGES slices_with",

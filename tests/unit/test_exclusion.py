@@ -101,14 +101,14 @@ def test_the_ratio_is_that_of_the_row_over_its_analysis():
 def test_share_of_the_part_counts_where_lattice_is():
     """Of 5 mm^3 of lattice 2 lie within the radius, beside a solid element there."""
     placed = SimpleNamespace(
-        case=SimpleNamespace(limits=SimpleNamespace(safety_factor=None, stress=9.0, percentile=99)),
         material=None,
         law=SimpleNamespace(laws=(SimpleNamespace(local_stress=None),)),
         lattice_volumes=np.array([0.0, 2.0, 3.0]),
         evaluated=np.array([False, False, True]),
         exclusion_radius=5.0,
     )
-    (limit,), (warning,) = KIND.make(placed)
+    limits = SimpleNamespace(safety_factor=None, stress=9.0, percentile=99)
+    (limit,), (warning,) = KIND.make(limits, placed)
     assert (limit.allowed, limit.percentile) == (9.0, 99)
     assert "leaves 40% of the latticed region out" in warning
     assert share_warnings(0.0, 5.0) == ()

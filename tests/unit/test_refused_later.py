@@ -211,8 +211,9 @@ def test_an_exporter_of_a_plugin_refuses_by_its_own_words(registry, tmp_path):
 
 
 def test_an_analysis_that_cannot_judge_a_limit(registry, tmp_path):
-    def cold(case):
-        return "" if not case.limits.displacement else "it knows no displacements"
+    def cold(limits, load_cases):
+        assert [load.name for load in load_cases]
+        return "" if not limits.displacement else "it knows no displacements"
 
     mine = replace(FINITE_CELLS, name="mine", refuses=cold)
     known = replace(

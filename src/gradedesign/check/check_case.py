@@ -136,7 +136,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
         around=exclusion_words(resolved.support_zones),
         part=1.0 - judged_share(resolved.support_zones, inside),
         lattice=1.0 - judged_share(resolved.support_zones, resolved.layout.points),
-        limited=allowed_stress(case, resolved.material) is not None,
+        limited=allowed_stress(case.limits, resolved.material) is not None,
     )
     run = predicted_run(resolved, inside.shape[1])
     periodic = why_periodic(

@@ -12,9 +12,10 @@ from typing import ClassVar
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.case.schema import Case
+from gradedesign.case.limits_schema import LimitsSpec
+from gradedesign.case.load_schema import LoadCaseSpec
 from gradedesign.limits.key import LimitKey
-from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
+from gradedesign.limits.limit import Limit, LimitKind, PlacedModel, StatedLimit
 from gradedesign.limits.state import HomogenisedState, Predicted
 from gradedesign.material.law_field import LawField
 from gradedesign.material.material import Material
@@ -114,9 +115,8 @@ class BucklingLimit(Limit):
         return {"buckling_factor": float(f"{1.0 / self.allowed:.12g}")}
 
 
-def required_factor(case: Case) -> float | None:
-    """Required critical over acting stress: beside a stress limit, or where the case states it."""
-    limits = case.limits
+def required_factor(limits: LimitsSpec) -> float | None:
+    """Required critical over acting stress: beside a stress limit, or where it is stated."""
     if limits.buckling == "off":
         return None
     if limits.buckling_factor is not None:
@@ -126,8 +126,8 @@ def required_factor(case: Case) -> float | None:
     return None if limits.stress is None else 1.0
 
 
-def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
-    required = required_factor(placed.case)
+def _make(limits: LimitsSpec, placed: PlacedModel) -> tuple[Sequence[Limit], Sequence[str]]:
+    required = required_factor(limits)
     if required is None:
         return (), ()
     unknown = [law for law in placed.law.laws if law.buckling is None]
@@ -149,8 +149,10 @@ def unknown_warning(law: ScalingLaw) -> str:
     )
 
 
-def _stated(case: Case, _material: Material) -> Sequence[StatedLimit]:
-    required = required_factor(case)
+def _stated(
+    limits: LimitsSpec, _load_cases: Sequence[LoadCaseSpec], _material: Material
+) -> Sequence[StatedLimit]:
+    required = required_factor(limits)
     if required is None:
         return ()
     allowed = f"{1.0 / required:.4g} {BucklingLimit.unit}"

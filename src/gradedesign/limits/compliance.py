@@ -16,16 +16,18 @@ from pydantic import Field
 from gradedesign.case.limits_schema import (
     Allowed,
     LimitEntry,
+    LimitsSpec,
     SolidMultiple,
     as_multiple,
     in_number,
     stated_words,
 )
-from gradedesign.case.schema import Case, LoadCaseSpec
+from gradedesign.case.load_schema import LoadCaseSpec
+from gradedesign.case.locate import Where
 from gradedesign.errors import CaseError
 from gradedesign.limits.analysis import Analysis
 from gradedesign.limits.key import LimitKey
-from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
+from gradedesign.limits.limit import Limit, LimitKind, PlacedModel, StatedLimit
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.state import HomogenisedState, Predicted, Response
 from gradedesign.material.material import Material
@@ -80,28 +82,27 @@ class ComplianceLimit(Limit):
         return (self.row(analysis.work[self.key.load_case], judged_by),)
 
 
-def _entries(case: Case) -> Sequence[ComplianceEntry]:
-    limits: Any = case.limits
+def _entries(limits: Any) -> Sequence[ComplianceEntry]:
     entries: Sequence[ComplianceEntry] = limits.compliance
     return entries
 
 
-def _limited(case: Case, entry: ComplianceEntry) -> list[LoadCaseSpec]:
+def _limited(load_cases: Sequence[LoadCaseSpec], entry: ComplianceEntry) -> list[LoadCaseSpec]:
     """Load cases that an entry names or means."""
-    return [load for load in case.load_case if entry.load_case in (None, load.name)]
+    return [load for load in load_cases if entry.load_case in (None, load.name)]
 
 
-def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
-    limits, warnings = [], []
-    for number, entry in enumerate(_entries(placed.case)):
-        for load in _limited(placed.case, entry):
+def _make(limits: LimitsSpec, placed: PlacedModel) -> tuple[Sequence[Limit], Sequence[str]]:
+    made, warnings = [], []
+    for number, entry in enumerate(_entries(limits)):
+        for load in _limited(placed.load_cases, entry):
             if not load.has_forces:
                 warnings.append(
                     f"work of the loads is not judged in load case '{load.name}', which has no "
                     f"loads, only heat or moved supports"
                 )
                 continue
-            limits.append(
+            made.append(
                 ComplianceLimit(
                     key=LimitKey(kind=KIND.name, load_case=load.name),
                     name="work of the loads",
@@ -110,10 +111,12 @@ def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
                     case_key=f"limits.compliance[{number}].work",
                 )
             )
-    return limits, warnings
+    return made, warnings
 
 
-def _stated(case: Case, _material: Material) -> Sequence[StatedLimit]:
+def _stated(
+    limits: LimitsSpec, load_cases: Sequence[LoadCaseSpec], _material: Material
+) -> Sequence[StatedLimit]:
     return [
         StatedLimit(
             name="work of the loads",
@@ -121,22 +124,27 @@ def _stated(case: Case, _material: Material) -> Sequence[StatedLimit]:
             allowed=stated_words(entry.work, ComplianceLimit.unit),
             by_gradient=True,
         )
-        for entry in _entries(case)
-        for load in _limited(case, entry)
+        for entry in _entries(limits)
+        for load in _limited(load_cases, entry)
         if load.has_forces
     ]
 
 
-def _require(case: Case, _regions: Mapping[str, Region]) -> None:
+def _require(
+    limits: LimitsSpec,
+    load_cases: Sequence[LoadCaseSpec],
+    _regions: Mapping[str, Region],
+    where: Where,
+) -> None:
     """Refuse entries all of whose load cases have no loads."""
-    for number, entry in enumerate(_entries(case)):
-        cases = _limited(case, entry)
+    for number, entry in enumerate(_entries(limits)):
+        cases = _limited(load_cases, entry)
         if any(load.has_forces for load in cases):
             continue
         names = ", ".join(f"'{load.name}'" for load in cases)
         which, have = ("load case", "has") if len(cases) == 1 else ("load cases", "have")
         raise CaseError(
-            f"{case.where(f'limits.compliance[{number}]')}: {which} {names} {have} no force, "
+            f"{where(f'limits.compliance[{number}]')}: {which} {names} {have} no force, "
             f"pressure, moment or acceleration, so the work of the loads is 0 N mm whatever the "
             f"lattice; expected a load case with loads; what heat or moved supports do to the "
             f"part is limited by displacement or stress"

@@ -17,14 +17,15 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.case.limits_schema import DisplacementLimit as DisplacementEntry
-from gradedesign.case.limits_schema import as_multiple, in_number, stated_words
-from gradedesign.case.schema import Case
+from gradedesign.case.limits_schema import LimitsSpec, as_multiple, in_number, stated_words
+from gradedesign.case.load_schema import LoadCaseSpec
+from gradedesign.case.locate import Where
 from gradedesign.errors import CaseError
 from gradedesign.fe.displacement_goal import DisplacementGoal
 from gradedesign.limits.analysis import Analysis
 from gradedesign.limits.held_region import judged_cases, refuse_held_surfaces
 from gradedesign.limits.key import LimitKey
-from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
+from gradedesign.limits.limit import Limit, LimitKind, PlacedModel, StatedLimit
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.state import HomogenisedState, Predicted, Response
 from gradedesign.material.material import Material
@@ -171,15 +172,14 @@ def governing_places(
     return tuple(places[:MOST_PLACES])
 
 
-def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
+def _make(limits: LimitsSpec, placed: PlacedModel) -> tuple[Sequence[Limit], Sequence[str]]:
     """One limit per region, direction and load case it holds for, see `judged_cases`."""
-    case = placed.case
-    limits: list[Limit] = []
+    made: list[Limit] = []
     warnings: list[str] = []
-    for number, entry in enumerate(case.limits.displacement):
+    for number, entry in enumerate(limits.displacement):
         names, remarks = judged_cases(placed, entry, f"displacement[{number}]", _name(entry))
         warnings += remarks
-        limits += [
+        made += [
             DisplacementLimit(
                 key=LimitKey(
                     kind=KIND.name,
@@ -196,10 +196,12 @@ def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
             )
             for name in names
         ]
-    return limits, warnings
+    return made, warnings
 
 
-def _stated(case: Case, _material: Material) -> Sequence[StatedLimit]:
+def _stated(
+    limits: LimitsSpec, load_cases: Sequence[LoadCaseSpec], _material: Material
+) -> Sequence[StatedLimit]:
     return [
         StatedLimit(
             name=_name(entry),
@@ -208,14 +210,19 @@ def _stated(case: Case, _material: Material) -> Sequence[StatedLimit]:
             region=entry.region,
             by_gradient=True,
         )
-        for entry in case.limits.displacement
-        for load in case.load_case
+        for entry in limits.displacement
+        for load in load_cases
         if entry.load_case in (None, load.name)
     ]
 
 
-def _require(case: Case, regions: Mapping[str, Region]) -> None:
-    refuse_held_surfaces(case, case.limits.displacement, "displacement", regions)
+def _require(
+    limits: LimitsSpec,
+    load_cases: Sequence[LoadCaseSpec],
+    regions: Mapping[str, Region],
+    where: Where,
+) -> None:
+    refuse_held_surfaces(load_cases, limits.displacement, "displacement", regions, where)
 
 
 def _direction(entry: DisplacementEntry) -> str:

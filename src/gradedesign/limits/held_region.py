@@ -8,10 +8,11 @@ from typing import Protocol
 import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
-from gradedesign.case.schema import Case, LoadCaseSpec
+from gradedesign.case.load_schema import LoadCaseSpec
+from gradedesign.case.locate import Where
 from gradedesign.errors import CaseError
 from gradedesign.fe.supports import Supports
-from gradedesign.limits.limit import PlacedCase
+from gradedesign.limits.limit import PlacedModel
 from gradedesign.part.regions import Region
 
 
@@ -32,16 +33,16 @@ class MovingRegion(Protocol):
 
 
 def judged_cases(
-    placed: PlacedCase, entry: MovingRegion, where: str, name: str
+    placed: PlacedModel, entry: MovingRegion, place: str, name: str
 ) -> tuple[list[str], list[str]]:
     """Load cases in which a region may move, and a warning for each that holds it at rest.
 
     Parameters
     ----------
-    placed : PlacedCase
+    placed : PlacedModel
     entry : MovingRegion
-    where : str
-        Its place in ``[limits]``, such as ``displacement[0]``.
+    place : str
+        Of the entry in ``[limits]``, such as ``displacement[0]``.
     name : str
         Of the limit.
 
@@ -58,7 +59,7 @@ def judged_cases(
     }
     holding_cases = [name for name, s in cases.items() if _holds(s, nodes, entry.component)]
     if len(holding_cases) == len(cases):
-        raise CaseError(_refusal(placed.case, entry, where, holding_cases))
+        raise CaseError(_refusal(placed.where(f"limits.{place}.region"), entry, holding_cases))
     # A held region that is moved has a value in the load case, one at rest has none.
     resting = {
         case for case in holding_cases if not _prescribed(cases[case], nodes, entry.component).any()
@@ -72,7 +73,11 @@ def judged_cases(
 
 
 def refuse_held_surfaces(
-    case: Case, entries: Sequence[MovingRegion], kind: str, regions: Mapping[str, Region]
+    load_cases: Sequence[LoadCaseSpec],
+    entries: Sequence[MovingRegion],
+    kind: str,
+    regions: Mapping[str, Region],
+    where: Where,
 ) -> None:
     """Refuse limits on regions that supports hold whole, by the part's surface: without a mesh.
 
@@ -85,14 +90,15 @@ def refuse_held_surfaces(
     for number, entry in enumerate(entries):
         limited = range(3) if entry.component is None else (entry.component,)
         wanted = set(regions[entry.region].triangles.tolist())
-        cases = [load for load in case.load_case if entry.load_case in (None, load.name)]
+        cases = [load for load in load_cases if entry.load_case in (None, load.name)]
         holding_cases = [
             load.name
             for load in cases
             if all(wanted <= _held_triangles(load, regions, component) for component in limited)
         ]
         if cases and len(holding_cases) == len(cases):
-            raise CaseError(_refusal(case, entry, f"{kind}[{number}]", holding_cases))
+            place = where(f"limits.{kind}[{number}].region")
+            raise CaseError(_refusal(place, entry, holding_cases))
 
 
 def _held_triangles(
@@ -118,14 +124,14 @@ def _prescribed(supports: Supports, nodes: IntArray, component: int | None) -> F
     return value if component is None else value[component]
 
 
-def _refusal(case: Case, entry: MovingRegion, where: str, holding_cases: Sequence[str]) -> str:
+def _refusal(place: str, entry: MovingRegion, holding_cases: Sequence[str]) -> str:
     """Message for a limit that no design could change."""
     cases = f"load case{'s' if len(holding_cases) > 1 else ''} " + ", ".join(
         f"'{name}'" for name in holding_cases
     )
     way = "every direction" if entry.component is None else "xyz"[entry.component]
     return (
-        f"{case.where(f'limits.{where}.region')}: the supports of {cases} hold the "
-        f"whole region '{entry.region}' in {way}, so its displacement is what they prescribe, "
-        f"whatever the lattice; expected a region that is free to move, such as the loaded one"
+        f"{place}: the supports of {cases} hold the whole region '{entry.region}' in {way}, so its "
+        f"displacement is what they prescribe, whatever the lattice; expected a region that is "
+        f"free to move, such as the loaded one"
     )

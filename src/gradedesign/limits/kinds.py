@@ -7,9 +7,10 @@ import pkgutil
 from collections.abc import Iterator, Mapping, Sequence
 
 import gradedesign.limits
-from gradedesign.case.limits_schema import LimitEntry
-from gradedesign.case.schema import Case
-from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
+from gradedesign.case.limits_schema import LimitEntry, LimitsSpec
+from gradedesign.case.load_schema import LoadCaseSpec
+from gradedesign.case.locate import Where
+from gradedesign.limits.limit import Limit, LimitKind, PlacedModel, StatedLimit
 from gradedesign.material.material import Material
 from gradedesign.part.regions import Region
 
@@ -27,23 +28,34 @@ def limit_entries(kinds: Mapping[str, LimitKind]) -> dict[str, type[LimitEntry]]
     return {name: kind.entry for name, kind in kinds.items() if kind.entry is not None}
 
 
-def kinds_of(kinds: Mapping[str, LimitKind], case: Case) -> Iterator[LimitKind]:
+def kinds_of(kinds: Mapping[str, LimitKind], limits: LimitsSpec) -> Iterator[LimitKind]:
     """Kinds that a case may state: those of the core's keys, and those whose list it holds."""
     for name, kind in kinds.items():
-        if kind.entry is None or getattr(case.limits, name, False):
+        if kind.entry is None or getattr(limits, name, False):
             yield kind
 
 
 def stated_limits(
-    kinds: Mapping[str, LimitKind], case: Case, material: Material
+    kinds: Mapping[str, LimitKind],
+    limits: LimitsSpec,
+    load_cases: Sequence[LoadCaseSpec],
+    material: Material,
 ) -> tuple[StatedLimit, ...]:
     """Every limit as a case states it, those by gradient first."""
-    stated = [limit for kind in kinds_of(kinds, case) for limit in kind.stated(case, material)]
+    stated = [
+        limit
+        for kind in kinds_of(kinds, limits)
+        for limit in kind.stated(limits, load_cases, material)
+    ]
     return tuple(sorted(stated, key=lambda limit: not limit.by_gradient))
 
 
 def require_possible(
-    kinds: Mapping[str, LimitKind], case: Case, regions: Mapping[str, Region]
+    kinds: Mapping[str, LimitKind],
+    limits: LimitsSpec,
+    load_cases: Sequence[LoadCaseSpec],
+    regions: Mapping[str, Region],
+    where: Where,
 ) -> None:
     """Refuse limits that the part's surface shows to be impossible.
 
@@ -51,12 +63,12 @@ def require_possible(
     ------
     CaseError
     """
-    for kind in kinds_of(kinds, case):
-        kind.require(case, regions)
+    for kind in kinds_of(kinds, limits):
+        kind.require(limits, load_cases, regions, where)
 
 
 def made_limits(
-    kinds: Mapping[str, LimitKind], placed: PlacedCase
+    kinds: Mapping[str, LimitKind], stated: LimitsSpec, placed: PlacedModel
 ) -> tuple[tuple[Limit, ...], tuple[str, ...]]:
     """Every limit of a case on the tetrahedra of its part, and warnings.
 
@@ -67,8 +79,8 @@ def made_limits(
     """
     limits: list[Limit] = []
     warnings: list[str] = []
-    for kind in kinds_of(kinds, placed.case):
-        made, remarks = kind.make(placed)
+    for kind in kinds_of(kinds, stated):
+        made, remarks = kind.make(stated, placed)
         limits += made
         warnings += remarks
     return in_order(limits), tuple(warnings)

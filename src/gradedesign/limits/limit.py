@@ -13,8 +13,9 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
-from gradedesign.case.limits_schema import LimitEntry
-from gradedesign.case.schema import Case
+from gradedesign.case.limits_schema import LimitEntry, LimitsSpec
+from gradedesign.case.load_schema import LoadCaseSpec
+from gradedesign.case.locate import Where
 from gradedesign.fe.displacement_goal import DisplacementGoal
 from gradedesign.fe.supports import Supports
 from gradedesign.limits.analysis import Analysis, SubmodelStress
@@ -177,12 +178,15 @@ def predicted_row(limit: Limit, predicted: Predicted) -> LimitRow:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PlacedCase:
-    """A case on the tetrahedra of its part: what limits are made from.
+class PlacedModel:
+    """The part as it is meshed, loaded and held: what limits are made from.
 
     Attributes
     ----------
-    case : Case
+    where : Where
+        Names file and line of a key of the case, for messages.
+    load_cases : tuple of LoadCaseSpec
+        As the case states them.
     material : Material
     law : LawField
     evaluated : (M,) bool array
@@ -196,7 +200,8 @@ class PlacedCase:
     supports : mapping of load case to Supports
     """
 
-    case: Case
+    where: Where
+    load_cases: tuple[LoadCaseSpec, ...]
     material: Material
     law: LawField
     evaluated: BoolArray
@@ -236,7 +241,12 @@ def stated_goals(limits: Iterable[StatedLimit]) -> int:
     return sum(limit.by_gradient and bool(limit.region) for limit in limits)
 
 
-def no_refusal(case: Case, regions: Mapping[str, Region]) -> None:
+def no_refusal(
+    limits: LimitsSpec,
+    load_cases: Sequence[LoadCaseSpec],
+    regions: Mapping[str, Region],
+    where: Where,
+) -> None:
     """Nothing about the surface of a part makes a limit impossible."""
 
 
@@ -249,19 +259,22 @@ class LimitKind:
     name : str
         `LimitKey.kind` of its limits, and the key of its list in ``[limits]``.
     make : callable
-        ``make(PlacedCase) -> (limits, warnings)``: the limits that a case states. A `CaseError`
-        refuses one that no design can change.
+        ``make(LimitsSpec, PlacedModel) -> (limits, warnings)``: the limits that ``[limits]``
+        states. A `CaseError` refuses one that no design can change.
     stated : callable
-        ``stated(Case, Material) -> sequence of StatedLimit``: the same without a mesh.
+        ``stated(LimitsSpec, load cases, Material) -> sequence of StatedLimit``: the same without a
+        mesh.
     entry : type of LimitEntry or None
         Layout of one table of ``[limits] name = [{...}]``; None: its keys are the core's.
     require : callable
-        ``require(Case, regions)``: raises a `CaseError` for what the part's surface shows to be
-        impossible.
+        ``require(LimitsSpec, load cases, regions, Where)``: raises a `CaseError` for what the
+        part's surface shows to be impossible.
     """
 
     name: str
-    make: Callable[[PlacedCase], tuple[Sequence[Limit], Sequence[str]]]
-    stated: Callable[[Case, Material], Sequence[StatedLimit]]
+    make: Callable[[LimitsSpec, PlacedModel], tuple[Sequence[Limit], Sequence[str]]]
+    stated: Callable[[LimitsSpec, Sequence[LoadCaseSpec], Material], Sequence[StatedLimit]]
     entry: type[LimitEntry] | None = None
-    require: Callable[[Case, Mapping[str, Region]], None] = no_refusal
+    require: Callable[[LimitsSpec, Sequence[LoadCaseSpec], Mapping[str, Region], Where], None] = (
+        no_refusal
+    )

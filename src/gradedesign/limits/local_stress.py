@@ -14,12 +14,13 @@ import numpy as np
 from scipy.optimize import brentq
 
 from gradedesign.arrays import BoolArray, FloatArray, locked
-from gradedesign.case.schema import Case
+from gradedesign.case.limits_schema import LimitsSpec
+from gradedesign.case.load_schema import LoadCaseSpec
 from gradedesign.fe.stress import weighted_percentile
 from gradedesign.limits.analysis import Analysis, PhaseStress, SubmodelStress
 from gradedesign.limits.banded import Banded
 from gradedesign.limits.key import LimitKey
-from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
+from gradedesign.limits.limit import Limit, LimitKind, PlacedModel, StatedLimit
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.state import HomogenisedState, Predicted
 from gradedesign.material.material import Material
@@ -167,18 +168,15 @@ def _volume_percentile(
     return float(np.exp(brentq(excess, low, high, xtol=1e-9)))
 
 
-def allowed_stress(case: Case, material: Material) -> float | None:
-    """Allowed von Mises stress, MPa; None where the case limits none."""
-    if case.limits.safety_factor is not None:
-        return material.yield_strength / case.limits.safety_factor
-    return case.limits.stress
+def allowed_stress(limits: LimitsSpec, material: Material) -> float | None:
+    """Allowed von Mises stress, MPa; None where none is stated."""
+    if limits.safety_factor is not None:
+        return material.yield_strength / limits.safety_factor
+    return limits.stress
 
 
-def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
-    allowed, percentile = (
-        allowed_stress(placed.case, placed.material),
-        placed.case.limits.percentile,
-    )
+def _make(limits: LimitsSpec, placed: PlacedModel) -> tuple[Sequence[Limit], Sequence[str]]:
+    allowed, percentile = allowed_stress(limits, placed.material), limits.percentile
     if allowed is None:
         return (), ()
     room = placed.lattice_volumes
@@ -221,8 +219,10 @@ def share_warnings(share: float, radius: float) -> tuple[str, ...]:
     )
 
 
-def _stated(case: Case, material: Material) -> Sequence[StatedLimit]:
-    allowed = allowed_stress(case, material)
+def _stated(
+    limits: LimitsSpec, _load_cases: Sequence[LoadCaseSpec], material: Material
+) -> Sequence[StatedLimit]:
+    allowed = allowed_stress(limits, material)
     if allowed is None:
         return ()
     return (StatedLimit(name="stress", load_case="every", allowed=f"{allowed:.4g} MPa"),)

@@ -21,20 +21,22 @@ from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.case.limits_schema import (
     Allowed,
     LimitEntry,
+    LimitsSpec,
     SolidMultiple,
     as_multiple,
     in_number,
     stated_words,
 )
+from gradedesign.case.load_schema import LoadCaseSpec
+from gradedesign.case.locate import Where
 from gradedesign.case.regions_schema import AxisIndex
-from gradedesign.case.schema import Case
 from gradedesign.case.value_types import RegionName
 from gradedesign.errors import CaseError
 from gradedesign.fe.displacement_goal import DisplacementGoal
 from gradedesign.limits.analysis import Analysis
 from gradedesign.limits.held_region import judged_cases, refuse_held_surfaces
 from gradedesign.limits.key import LimitKey
-from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
+from gradedesign.limits.limit import Limit, LimitKind, PlacedModel, StatedLimit
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.state import HomogenisedState, Predicted, Response
 from gradedesign.material.material import Material
@@ -174,20 +176,19 @@ def value_and_slope(
     return abs(mean), slope
 
 
-def _entries(case: Case) -> Sequence[MeanDisplacementEntry]:
-    limits: Any = case.limits
+def _entries(limits: Any) -> Sequence[MeanDisplacementEntry]:
     entries: Sequence[MeanDisplacementEntry] = limits.mean_displacement
     return entries
 
 
-def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
+def _make(limits: LimitsSpec, placed: PlacedModel) -> tuple[Sequence[Limit], Sequence[str]]:
     """One limit per region, direction and load case it holds for, see `judged_cases`."""
-    limits: list[Limit] = []
+    made: list[Limit] = []
     warnings: list[str] = []
-    for number, entry in enumerate(_entries(placed.case)):
+    for number, entry in enumerate(_entries(limits)):
         names, remarks = judged_cases(placed, entry, f"{KIND.name}[{number}]", _name(entry))
         warnings += remarks
-        limits += [
+        made += [
             MeanDisplacementLimit(
                 key=LimitKey(
                     kind=KIND.name,
@@ -205,10 +206,12 @@ def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
             )
             for name in names
         ]
-    return limits, warnings
+    return made, warnings
 
 
-def _stated(case: Case, _material: Material) -> Sequence[StatedLimit]:
+def _stated(
+    limits: LimitsSpec, load_cases: Sequence[LoadCaseSpec], _material: Material
+) -> Sequence[StatedLimit]:
     return [
         StatedLimit(
             name=_name(entry),
@@ -217,14 +220,19 @@ def _stated(case: Case, _material: Material) -> Sequence[StatedLimit]:
             region=entry.region,
             by_gradient=True,
         )
-        for entry in _entries(case)
-        for load in case.load_case
+        for entry in _entries(limits)
+        for load in load_cases
         if entry.load_case in (None, load.name)
     ]
 
 
-def _require(case: Case, regions: Mapping[str, Region]) -> None:
-    refuse_held_surfaces(case, _entries(case), KIND.name, regions)
+def _require(
+    limits: LimitsSpec,
+    load_cases: Sequence[LoadCaseSpec],
+    regions: Mapping[str, Region],
+    where: Where,
+) -> None:
+    refuse_held_surfaces(load_cases, _entries(limits), KIND.name, regions, where)
 
 
 def _direction(entry: MeanDisplacementEntry) -> str:

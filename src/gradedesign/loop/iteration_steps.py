@@ -152,7 +152,7 @@ def size_design(
     case = setup.problem.case
     if case.lattice.by_stress:
         return size_by_stress(
-            sizing, setup.solutions, allowed_stress(case, setup.problem.material),
+            sizing, setup.solutions, allowed_stress(case.limits, setup.problem.material),
             start=None if plan.start is None else float(plan.start[0]),
             max_iterations=plan.most_iterations, on_step=on_step,
         )  # fmt: skip
@@ -219,7 +219,7 @@ def printed_solid(
         material=problem.material,
         regions=regions,
         support_zones=problem.support_zones,
-        stress_limit=allowed_stress(problem.case, problem.material),
+        stress_limit=allowed_stress(problem.case.limits, problem.material),
         percentile=problem.case.limits.percentile,
         solver=problem.solver,
         mesher=problem.mesher,

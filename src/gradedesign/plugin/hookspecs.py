@@ -263,15 +263,18 @@ def gradedesign_limits() -> Iterable[LimitKind]:
     >>> from gradedesign import LimitEntry, LimitKind, StatedLimit, hookimpl
     >>> class StrokeEntry(LimitEntry):
     ...     region: str
-    >>> def stated(case, material):
+    >>> def stated(limits, load_cases, material):
     ...     return [
     ...         StatedLimit(name=f"stroke of {one.region}", load_case="every", allowed="1 mm")
-    ...         for one in case.limits.stroke
+    ...         for one in limits.stroke
     ...     ]
     >>> @hookimpl
     ... def gradedesign_limits():
     ...     yield LimitKind(
-    ...         name="stroke", entry=StrokeEntry, stated=stated, make=lambda placed: ((), ())
+    ...         name="stroke",
+    ...         entry=StrokeEntry,
+    ...         stated=stated,
+    ...         make=lambda limits, placed: ((), ()),
     ...     )
     >>> [kind.name for kind in gradedesign_limits()]
     ['stroke']

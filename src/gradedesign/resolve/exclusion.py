@@ -53,7 +53,7 @@ def judging_zones(
         If they leave too little to a limit of stress, see `require_judged`.
     """
     zones = _zones(case, part, inside, layout)
-    if allowed_stress(case, material) is not None:
+    if allowed_stress(case.limits, material) is not None:
         require_judged(case, zones, inside, layout.points)
     return zones
 

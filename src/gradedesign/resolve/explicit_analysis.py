@@ -26,7 +26,7 @@ def explicit_analysis(case: Case, registry: Registry) -> ExplicitAnalysis:
     """
     with locating(case.where, "run.analysis"):
         analysis = lookup(registry, "analyses", case.run.analysis)
-    if words := analysis.refuses(case):
+    if words := analysis.refuses(case.limits, case.load_case):
         raise CaseError(
             f"{case.where('run.analysis')}: {analysis.name}: {words}; take another analysis"
         )

@@ -43,5 +43,5 @@ def fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
     require_apart(case, part)
     require_supported(case, part)
     require_agreeing(case, part)
-    require_possible(registry.limits, case, part.regions)
+    require_possible(registry.limits, case.limits, case.load_case, part.regions, case.where)
     return case, part

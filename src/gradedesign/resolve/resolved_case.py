@@ -208,7 +208,7 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
         surface_mesher=surface_mesher,
         analysis=analysis,
         lattice_files=files,
-        limits=stated_limits(registry.limits, case, material),
+        limits=stated_limits(registry.limits, case.limits, case.load_case, material),
         warnings=(
             *case.warnings,
             *yielding,

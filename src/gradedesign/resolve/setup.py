@@ -15,7 +15,7 @@ from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.lattice.solid_moments import solid_fraction
 from gradedesign.layout.cell_layout import layout_warnings
 from gradedesign.limits.kinds import made_limits
-from gradedesign.limits.limit import LimitKind, PlacedCase
+from gradedesign.limits.limit import LimitKind, PlacedModel
 from gradedesign.limits.local_stress import allowed_stress
 from gradedesign.limits.row import LEAST_JUDGED, LimitRow
 from gradedesign.material.law_field import LawField
@@ -185,13 +185,15 @@ def placed_problem(
     zones = resolved.support_zones
     evaluated = evaluated_at(centroids(mesh), zones)
     volumes = signed_volumes(mesh)
-    if allowed_stress(case, resolved.material) is not None:
+    if allowed_stress(case.limits, resolved.material) is not None:
         _require_judged(case, evaluated, volumes, volumes * (1 - shares))
     loads = held_loads(case, space, part, facets)
     limits, warnings = made_limits(
         kinds,
-        PlacedCase(
-            case=case,
+        case.limits,
+        PlacedModel(
+            where=case.where,
+            load_cases=case.load_case,
             material=resolved.material,
             law=law,
             evaluated=evaluated,

@@ -224,7 +224,7 @@ def _lattice_pictures(
             out.path_of("stress.png"),
             fields.surface,
             fields.von_mises,
-            limit=allowed_stress(problem.case, problem.material),
+            limit=allowed_stress(problem.case.limits, problem.material),
             unjudged=~evaluated_at(fields.surface.vertices.T, solid.support_zones),
             title=f"Stress of the lattice, load case {load_case}",
         ),

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from gradedesign.arrays import FloatArray, IntArray
-from gradedesign.case.schema import Case
+from gradedesign.case.limits_schema import LimitsSpec
+from gradedesign.case.load_schema import LoadCaseSpec
 from gradedesign.cell.cell import Cell
 from gradedesign.finite_cell.traction_residual import GoalResidual
 from gradedesign.mesh.surface_mesh import SurfaceMesh
@@ -246,7 +247,7 @@ class SolvedSolid(Protocol):
         """
 
 
-def takes_every_case(_case: Case) -> str:
+def takes_every_case(_limits: LimitsSpec, _load_cases: Sequence[LoadCaseSpec]) -> str:
     """No case is refused."""
     return ""
 
@@ -282,8 +283,8 @@ class ExplicitAnalysis:
     closes : float
         Width of the gaps between faces of a part that its elements may join, over their edge.
     refuses : callable
-        ``refuses(Case) -> str``: what of a case it cannot analyse or judge, such as a kind of limit
-        or of load, in a sentence; empty where there is nothing. Asked before the part is read.
+        ``refuses(LimitsSpec, load cases) -> str``: the limit or load that it cannot judge or
+        analyse, in a sentence; empty where there is none. Asked before the part is read.
     """
 
     name: str
@@ -295,4 +296,4 @@ class ExplicitAnalysis:
     coarsest: float = 1.0
     affordable: float = 0.0
     closes: float = 1.0
-    refuses: Callable[[Case], str] = takes_every_case
+    refuses: Callable[[LimitsSpec, Sequence[LoadCaseSpec]], str] = takes_every_case
