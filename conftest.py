@@ -9,7 +9,7 @@ from typing import NamedTuple
 import hypothesis
 import pytest
 
-from gradedesign.cli import main
+from gradedesign.program.commands import main
 
 ROOT = Path(__file__).parent
 
@@ -78,9 +78,9 @@ def undrawn(monkeypatch):
 
 def leave_out_pictures(patch):
     """Do so for a fixture that lives longer than a test."""
-    patch.setattr("gradedesign.cli.check.picture_loads", lambda *_, **__: ())
+    patch.setattr("gradedesign.program.commands.check.picture_loads", lambda *_, **__: ())
     for name in ("loads", "density", "lattice", "stress", "deformed"):
-        patch.setattr(f"gradedesign.results.files.picture_{name}", lambda *_, **__: ())
+        patch.setattr(f"gradedesign.program.outputs.files.picture_{name}", lambda *_, **__: ())
 
 
 @pytest.fixture(scope="module")

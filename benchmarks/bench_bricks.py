@@ -28,8 +28,8 @@ CELLS, LIMIT = 4.0, 2.0
 
 def measure(name: str, samples: int) -> None:
     """Sample one family in this process and print a line."""
-    from gradedesign.lattice.sample import sample_slabs
-    from gradedesign.plugin.registry import build_registry
+    from gradedesign.geometry.contour.sample import sample_slabs
+    from gradedesign.program.host.registry import build_registry
 
     family = build_registry().cell_families[name]
 

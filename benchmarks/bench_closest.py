@@ -9,10 +9,10 @@ import time
 import igl
 import numpy as np
 
-from gradedesign.mesh.closest import build_triangle_tree, closest_features
-from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
-from gradedesign.mesh.winding import winding_numbers
-from gradedesign.part.signed_distance import surface_distance
+from gradedesign.geometry.part.signed_distance import surface_distance
+from gradedesign.geometry.triangles.closest import build_triangle_tree, closest_features
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
+from gradedesign.geometry.triangles.winding import winding_numbers
 
 POINTS = 20_000
 #: Both read all triangles for each point, so fewer of either.

@@ -17,9 +17,9 @@ import igl
 import numpy as np
 from bench_closest import bumpy_sphere
 
-from gradedesign.mesh.distance_grid import distance_bricks, distance_grid
-from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.part.signed_distance import surface_distance
+from gradedesign.geometry.part.signed_distance import surface_distance
+from gradedesign.geometry.triangles.distance_grid import distance_bricks, distance_grid
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 ASKED, HALF, BAND = 50_000, 60.0, 3.0
 

@@ -16,11 +16,16 @@ from scipy.sparse.linalg import LinearOperator, lobpcg
 
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import SolverError
-from gradedesign.fe.eigen_solver import EigenProblem, EigenSolver, ExtremeValue, Product
-from gradedesign.fe.lanczos import LANCZOS
-from gradedesign.fe.scipy_eigen import SCIPY
-from gradedesign.homogenise.buckling import macro_prestress, weakest_modes
-from gradedesign.homogenise.periodic import solve_periodic
+from gradedesign.mechanics.homogenise.buckling import macro_prestress, weakest_modes
+from gradedesign.mechanics.homogenise.periodic import solve_periodic
+from gradedesign.mechanics.solver.eigen_solver import (
+    EigenProblem,
+    EigenSolver,
+    ExtremeValue,
+    Product,
+)
+from gradedesign.mechanics.solver.lanczos import LANCZOS
+from gradedesign.mechanics.solver.scipy_eigen import SCIPY
 
 
 def sheet(n: int, rho: float) -> FloatArray:

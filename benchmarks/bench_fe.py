@@ -21,17 +21,17 @@ from dataclasses import replace
 import numpy as np
 from skfem import MeshTet
 
-from gradedesign.fe.assembly import assemble, assembly_pattern
-from gradedesign.fe.conjugate_gradients import conjugate_gradients
-from gradedesign.fe.multigrid import build_hierarchy, preconditioner
-from gradedesign.fe.solution import LoadVector
-from gradedesign.fe.solve import predict_memory_bytes, solve_elastic
-from gradedesign.fe.space import TetSpace, skfem_mesh, tet_space
-from gradedesign.fe.stiffness import IsotropicStiffness
-from gradedesign.fe.supports import Supports
-from gradedesign.lattice.surface import extract_surface
-from gradedesign.mesh.meshed_surface import tetrahedralize
-from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
+from gradedesign.geometry.contour.surface import extract_surface
+from gradedesign.geometry.tets.meshed_surface import tetrahedralize
+from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
+from gradedesign.mechanics.fe.assembly import assemble, assembly_pattern
+from gradedesign.mechanics.fe.multigrid import build_hierarchy, preconditioner
+from gradedesign.mechanics.fe.solution import LoadVector
+from gradedesign.mechanics.fe.solve import predict_memory_bytes, solve_elastic
+from gradedesign.mechanics.fe.space import TetSpace, skfem_mesh, tet_space
+from gradedesign.mechanics.fe.stiffness import IsotropicStiffness
+from gradedesign.mechanics.fe.supports import Supports
+from gradedesign.mechanics.solver.conjugate_gradients import conjugate_gradients
 
 
 def box_mesh(n: int) -> TetMesh:

@@ -29,11 +29,11 @@ def block_of(name, rho, cells):
     """A block of cells between plates as a finite-cell problem, and its thinnest wall."""
     from finite_cell_solids import box_face, box_field, load_case, newtons, problem
 
-    from gradedesign.cell.calibration import calibrate
-    from gradedesign.cell.wall_size import wall_mm
-    from gradedesign.finite_cell import Plane
-    from gradedesign.plugin.registry import build_registry
-    from gradedesign.resolve.registry import lookup
+    from gradedesign.design.resolve.registry import lookup
+    from gradedesign.geometry.cell.calibration import calibrate
+    from gradedesign.geometry.cell.wall_size import wall_mm
+    from gradedesign.mechanics.finite_cell import Plane
+    from gradedesign.program.host.registry import build_registry
 
     cell = calibrate(lookup(build_registry(), "cell_families", name))
     level, high = float(cell.level_of(rho)), tuple(map(float, cells))
@@ -66,9 +66,9 @@ def compare(name, rho, cells):
     """Print limits of tetrahedra, bands of finite cells and what both took."""
     from test_finite_cells import tetrahedra_of
 
-    from gradedesign.finite_cell import analyse
-    from gradedesign.limits.banded import Residual, banded
-    from gradedesign.verify.finite_cells import ORDERS, elements_per_wall
+    from gradedesign.mechanics.explicit.finite_cells import ORDERS, elements_per_wall
+    from gradedesign.mechanics.finite_cell import analyse
+    from gradedesign.mechanics.limits.banded import Residual, banded
 
     cell, solid, wall = block_of(name, rho, cells)
     began, found = time.process_time(), []

@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 from gradedesign import load_case, run
-from gradedesign.cli.progress_lines import ProgressLines
+from gradedesign.program.commands.progress_lines import ProgressLines
 
 
 def solved(folder: Path, grading: str, out: Path) -> dict:

@@ -45,7 +45,7 @@ def measure(count: int, peer: str | None) -> None:
         c = homog_fe(fill, rtol=1e-6)[0]
         report("peer", count, c, start, cpu)
         return
-    from gradedesign.homogenise.periodic import solve_periodic
+    from gradedesign.mechanics.homogenise.periodic import solve_periodic
 
     solve_periodic(small, rtol=1e-2)
     for name, symmetry in (("six cases", False), ("by symmetry", True)):

@@ -80,15 +80,15 @@ def net_pieces(folder):
     The net-skin is what is solid down to its thickness below the surface; pixels are connected
     that share a face.
     """
-    from gradedesign.case.read_generate import load_generate_case
-    from gradedesign.generate.generate import stated_design
-    from gradedesign.generate.stated_cells import stated_cells
-    from gradedesign.lattice.dense_lattice import DenseLattice, dense_lattice
-    from gradedesign.part.part import read_part
-    from gradedesign.plugin.registry import build_registry
-    from gradedesign.resolve.lattice_files import printed_lattice
-    from gradedesign.resolve.part_readers import part_readers
-    from gradedesign.resolve.part_repairer import part_repairer
+    from gradedesign.design.case.read_generate import load_generate_case
+    from gradedesign.design.resolve.lattice_files import printed_lattice
+    from gradedesign.design.resolve.part_readers import part_readers
+    from gradedesign.design.resolve.part_repairer import part_repairer
+    from gradedesign.geometry.lattice.dense_lattice import DenseLattice, dense_lattice
+    from gradedesign.geometry.part.part import read_part
+    from gradedesign.program.generate.generate import stated_design
+    from gradedesign.program.generate.stated_cells import stated_cells
+    from gradedesign.program.host.registry import build_registry
     from gradedesign_layers.layers import _slice_at
 
     registry, case = build_registry(), load_generate_case(folder)

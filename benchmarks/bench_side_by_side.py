@@ -32,7 +32,7 @@ SETTINGS = (
     "OMP_WAIT_POLICY", "OMP_NUM_THREADS",
 )  # fmt: skip
 LAYER = (
-    "import gradedesign; from gradedesign.workspace.processor import threading_layer as layer; "
+    "import gradedesign; from gradedesign.common.system.processor import threading_layer as layer; "
     "print(layer())"
 )
 LOADS = "import numba.np.ufunc.tbbpool"

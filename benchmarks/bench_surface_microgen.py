@@ -54,8 +54,8 @@ print(json.dumps({
 
 def measure(per_cell: int) -> None:
     """Time ours in this process and print what was found."""
-    from gradedesign.lattice.surface import extract_surface, require_closed
-    from gradedesign.plugin.registry import build_registry
+    from gradedesign.geometry.contour.surface import extract_surface, require_closed
+    from gradedesign.program.host.registry import build_registry
 
     gyroid = build_registry().cell_families["gyroid-sheet"].shape
 

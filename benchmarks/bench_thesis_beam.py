@@ -28,8 +28,8 @@ def one(name, thickness, bricks):
     """Solve one beam at a resolution and print what it does."""
     from finite_cell_solids import box_face, load_case, newtons, problem
 
-    from gradedesign.finite_cell import analyse
-    from gradedesign.plugin.registry import build_registry
+    from gradedesign.mechanics.finite_cell import analyse
+    from gradedesign.program.host.registry import build_registry
 
     shape = build_registry().cell_families[name].shape
     level = thickness / (2.0 * SIZE)
@@ -61,7 +61,7 @@ def one(name, thickness, bricks):
 
 def main(resolutions):
     """Solve both beams at all resolutions and compare the last two with the shells."""
-    from gradedesign.limits.banded import banded
+    from gradedesign.mechanics.limits.banded import banded
 
     for name, thickness, shells in BEAMS:
         rows = []

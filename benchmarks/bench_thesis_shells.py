@@ -147,7 +147,7 @@ def block(thickness):
     """One cell of walls as a finite-cell problem."""
     from finite_cell_solids import box_face, load_case, newtons, problem
 
-    from gradedesign.plugin.registry import build_registry
+    from gradedesign.program.host.registry import build_registry
 
     shape, low, high = build_registry().cell_families["primitive-wall"].shape, (0, 0, 0), (1, 1, 1)
 
@@ -169,7 +169,7 @@ def by_calculix(thickness):
     """Work by CalculiX on quadratic tetrahedra, N mm."""
     from bench_three_programs import by_calculix as solved_by_calculix
 
-    from gradedesign.lattice.surface import extract_surface
+    from gradedesign.geometry.contour.surface import extract_surface
 
     solid = block(thickness)
     surface = extract_surface(solid.field, (0, 0, 0), (1, 1, 1), 0.02)
@@ -178,7 +178,7 @@ def by_calculix(thickness):
 
 def main(arguments):
     """Print displacements by 1 N of shells and solids, times E L / N."""
-    from gradedesign.finite_cell import analyse
+    from gradedesign.mechanics.finite_cell import analyse
 
     for thickness in THICKNESSES:
         solid = block(thickness)

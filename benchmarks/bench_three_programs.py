@@ -36,10 +36,10 @@ def model_of(solid, mesh, tolerance):
     """Quadratic elements, stiffness and load vector of the load case ``press`` on a mesh."""
     from finite_cell_solids import STEEL
 
-    from gradedesign.fe.load_case import case_loads, load_vector
-    from gradedesign.fe.space import tet_space
-    from gradedesign.fe.stiffness import IsotropicStiffness
-    from gradedesign.part.part_mesh import region_facets
+    from gradedesign.geometry.part.part_mesh import region_facets
+    from gradedesign.mechanics.fe.load_case import case_loads, load_vector
+    from gradedesign.mechanics.fe.space import tet_space
+    from gradedesign.mechanics.fe.stiffness import IsotropicStiffness
 
     space = tet_space(mesh, 2)
     facets = {
@@ -56,7 +56,7 @@ def model_of(solid, mesh, tolerance):
 
 def by_tetrahedra(solid, mesh, edge):
     """Size, work by our own solver on tetrahedra, N mm, unknowns and volume."""
-    from gradedesign.fe.solve import solve_elastic
+    from gradedesign.mechanics.fe.solve import solve_elastic
 
     space, stiffness, vector = model_of(solid, mesh, 0.1 * edge)
     (solution,) = solve_elastic(space, stiffness, [vector])
@@ -71,22 +71,22 @@ def size_of(mesh):
 
 def volume_of(mesh):
     """Volume of tetrahedra, mm^3."""
-    from gradedesign.mesh.tet_mesh import signed_volumes
+    from gradedesign.geometry.tets.tet_mesh import signed_volumes
 
     return float(signed_volumes(mesh).sum())
 
 
 def contour_of(solid, high):
     """The surface that tetrahedra fill."""
-    from gradedesign.lattice.surface import extract_surface
-    from gradedesign.mesh.chord_tolerance import within_chord
+    from gradedesign.geometry.contour.surface import extract_surface
+    from gradedesign.geometry.triangles.chord_tolerance import within_chord
 
     return within_chord(extract_surface(solid.field, (0, 0, 0), high, CONTOUR), CHORD)
 
 
 def mesh_of(surface, edge, envelope):
     """FTetWild's tetrahedra of a surface."""
-    from gradedesign.mesh.meshed_surface import tetrahedralize
+    from gradedesign.geometry.tets.meshed_surface import tetrahedralize
 
     limits = {"time_limit_s": 3600, "memory_limit_bytes": 12 << 30}
     return tetrahedralize(surface, edge_length=edge, epsilon=envelope, **limits).mesh
@@ -96,7 +96,7 @@ def by_calculix(solid, mesh, edge):
     """Size, work by CalculiX on tetrahedra, N mm, unknowns and volume."""
     from oracles.calculix import run_calculix
 
-    from gradedesign.output.analysed_model import AnalysedModel, ModelStep
+    from gradedesign.program.outputs.analysed_model import AnalysedModel, ModelStep
     from gradedesign_calculix.calculix import write_calculix
 
     space, stiffness, vector = model_of(solid, mesh, 0.1 * edge)
@@ -117,7 +117,7 @@ def by_calculix(solid, mesh, edge):
 
 def by_finite_cells(solid, per_cell):
     """Result of finite cells, as many along a cell."""
-    from gradedesign.finite_cell import analyse
+    from gradedesign.mechanics.finite_cell import analyse
 
     return analyse(solid, 1.0 / per_cell)
 
@@ -146,8 +146,8 @@ def compare(name, rho, cells):
 
 def report(program, rows, limits, began, residuals=None):
     """Print size, work, unknowns and volume of each resolution, and the limit with its band."""
-    from gradedesign.limits.banded import Residual, banded
-    from gradedesign.verify.finite_cells import ORDERS
+    from gradedesign.mechanics.explicit.finite_cells import ORDERS
+    from gradedesign.mechanics.limits.banded import Residual, banded
 
     for size, work, unknowns, volume in rows:
         print(

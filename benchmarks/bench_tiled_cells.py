@@ -13,7 +13,7 @@ import time
 
 import numpy as np
 
-from gradedesign.plugin.registry import build_registry
+from gradedesign.program.host.registry import build_registry
 
 CELLS, STEPS = 20, 10
 

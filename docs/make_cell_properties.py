@@ -11,10 +11,14 @@ from pathlib import Path
 import numpy as np
 
 from gradedesign import PropertyTable, read_property_table, tabulated_law
-from gradedesign.homogenise.constants import engineering_constants, youngs_along, zener_ratio
-from gradedesign.material.power_fit import MOST_RESIDUAL, power_fits
-from gradedesign.material.stiffness_constants import constant_errors
-from gradedesign.plugin.registry import build_registry
+from gradedesign.mechanics.homogenise.constants import (
+    engineering_constants,
+    youngs_along,
+    zener_ratio,
+)
+from gradedesign.mechanics.material.power_fit import MOST_RESIDUAL, power_fits
+from gradedesign.mechanics.material.stiffness_constants import constant_errors
+from gradedesign.program.host.registry import build_registry
 
 HEAD = """# Computed properties of the cells
 

@@ -105,8 +105,8 @@ def draw_law(path: Path) -> None:
     """Young's modulus along a cell axis by density, of three cells and of Hashin and Shtrikman."""
     import matplotlib.pyplot as plt
 
-    from gradedesign.homogenise.constants import youngs_along
-    from gradedesign.plugin.registry import build_registry
+    from gradedesign.mechanics.homogenise.constants import youngs_along
+    from gradedesign.program.host.registry import build_registry
 
     registry = build_registry()
     figure, ax = plt.subplots(figsize=(6, 3.6))

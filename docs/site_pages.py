@@ -14,13 +14,13 @@ from typing import Any
 import typer
 
 import gradedesign
-from gradedesign.case.generate_schema import GenerateFile
-from gradedesign.case.schema import CaseFile, schema_json
-from gradedesign.case.toml_text import toml_value
-from gradedesign.case.units import DIMENSIONS
-from gradedesign.cli.app import app
-from gradedesign.plugin import hookspecs
-from gradedesign.plugin.read_case import entries_of
+from gradedesign.common.values.toml_text import toml_value
+from gradedesign.common.values.units import DIMENSIONS
+from gradedesign.design.case.generate_schema import GenerateFile
+from gradedesign.design.case.schema import CaseFile, schema_json
+from gradedesign.program.commands.app import app
+from gradedesign.program.host import hookspecs
+from gradedesign.program.host.read_case import entries_of
 
 ROOT = Path(__file__).parents[1]
 
@@ -275,7 +275,7 @@ def hooks() -> Iterator[str]:
     yield "# Hooks\n\n[How to write a plugin](../how-to/plugins.md) shows them at work.\n"
     for name in sorted(vars(hookspecs)):
         if name.startswith("gradedesign_"):
-            yield f"::: gradedesign.plugin.hookspecs.{name}\n"
+            yield f"::: gradedesign.program.host.hookspecs.{name}\n"
 
 
 def api() -> Iterator[str]:

@@ -7,8 +7,8 @@ import struct
 import manifold3d
 import numpy as np
 
-from gradedesign.mesh.surface_mesh import corner_points
-from gradedesign.part.box import box_surface
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.triangles.surface_mesh import corner_points
 
 CUBE = corner_points(box_surface((20.0, 20.0, 20.0)))
 #: What `ring` fills with more than one turn, mm^3; its 72 chords a turn lose up to 0.2 %.

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from gradedesign.cell.family import CellFamily
-from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.verify.support_zones import SupportZone
+from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.mechanics.explicit.support_zones import SupportZone
 
 #: Plates on the faces of the cell, a true distance.
 WALLS = CellFamily(

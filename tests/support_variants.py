@@ -10,12 +10,12 @@ from itertools import combinations
 
 import numpy as np
 
-from gradedesign.case.load_schema import FixSpec, LoadCaseSpec
-from gradedesign.case.regions_schema import RegionSpec
-from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.part.box import box_surface
-from gradedesign.part.regions import select_regions
-from gradedesign.part.smooth_faces import segment_faces
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.regions import select_regions
+from gradedesign.geometry.part.regions_schema import RegionSpec
+from gradedesign.geometry.part.smooth_faces import segment_faces
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.mechanics.fe.load_schema import FixSpec, LoadCaseSpec
 
 #: Kinds of variants, in turn.
 KINDS = (

@@ -14,7 +14,7 @@ import pytest
 import gradedesign
 import gradedesign.fields
 import gradedesign.testing
-from gradedesign.plugin import hookspecs
+from gradedesign.program.host import hookspecs
 
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "gradedesign"
@@ -29,8 +29,8 @@ ORDER = (
 
 #: Where each heavy library may be imported at all.
 HEAVY = {
-    "skfem": ("fe", "part", "mesh/long_edges.py"),
-    "pytetwild": ("mesh/_tetwild_worker.py",),
+    "skfem": ("fe", "part", "geometry/tets/long_edges.py"),
+    "pytetwild": ("geometry/tets/_tetwild_worker.py",),
     "vtk": ("output",),
     "vtkmodules": ("output",),
     "pyvista": ("output",),
@@ -41,7 +41,11 @@ HEAVY = {
     "platformdirs": ("workspace",),
     "jinja2": ("output",),
     "meshio": ("output",),
-    "trimesh": ("part/read_trimesh.py", "output/write_trimesh.py", "output/without_octant.py"),
+    "trimesh": (
+        "geometry/formats/read_trimesh.py",
+        "geometry/formats/write_trimesh.py",
+        "program/pictures/without_octant.py",
+    ),
     "manifold3d": ("mesh", "part"),
     "pymeshlab": (),
 }
@@ -77,7 +81,7 @@ def imports(path):
             found.extend(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: relative import"
-            # `from gradedesign import fe` imports a module, `from gradedesign.fe.x import y` too.
+            # `from gradedesign import fe` imports a module, `from gradedesign.mechanics.fe.x import y` too.
             found.append(node.module)
             found.extend(f"{node.module}.{alias.name}" for alias in node.names)
         for child in ast.iter_child_nodes(node):
@@ -129,21 +133,27 @@ def test_imports_point_upwards():
 
 def test_the_order_of_the_test_sees_an_upward_import(tmp_path):
     wrong = tmp_path / "x.py"
-    wrong.write_text("from gradedesign.cli import app\nimport gradedesign.fe.space\n")
-    assert "gradedesign.cli" in imports(wrong)
-    assert "gradedesign.fe.space" in imports(wrong)
+    wrong.write_text(
+        "from gradedesign.program.commands import app\nimport gradedesign.mechanics.fe.space\n"
+    )
+    assert "gradedesign.program.commands" in imports(wrong)
+    assert "gradedesign.mechanics.fe.space" in imports(wrong)
 
 
 def test_only_the_pipeline_and_the_command_line_use_plugins():
     users = {
-        place(p) for p in MODULES if any(n.startswith("gradedesign.plugin") for n in imports(p))
+        place(p)
+        for p in MODULES
+        if any(n.startswith("gradedesign.program.host") for n in imports(p))
     }
     assert users <= {"plugin", "generate", "pipeline", "cli", "commands", "__init__"}
 
 
 def test_elasticity_knows_no_case_file():
     for path in sorted((SOURCE / "fe").rglob("*.py")):
-        assert not [n for n in imports(path) if n.startswith("gradedesign.case")], short(path)
+        assert not [n for n in imports(path) if n.startswith("gradedesign.design.case")], short(
+            path
+        )
 
 
 @pytest.mark.parametrize("library", HEAVY)
@@ -158,7 +168,7 @@ def test_heavy_libraries_have_their_place(library):
 
 def test_importing_the_core_loads_nothing_heavy():
     code = (
-        "import sys, gradedesign, gradedesign.pipeline, gradedesign.testing, gradedesign.cli\n"
+        "import sys, gradedesign, gradedesign.pipeline, gradedesign.testing, gradedesign.program.commands\n"
         f"print(*sorted(set(sys.modules) & set({LAZY!r})))"
     )
     result = subprocess.run(
@@ -337,7 +347,7 @@ def test_what_is_wrong_with_a_file_is_found(monkeypatch, tmp_path):
     wrong = core / "fe" / "wrong.py"
     arguments = ", ".join(f"a{k}" for k in range(9))
     wrong.write_text(
-        "from gradedesign.cli import app\nfrom gradedesign.cube import x\nimport gradedesign\n"
+        "from gradedesign.program.commands import app\nfrom gradedesign.cube import x\nimport gradedesign\n"
         f"def wide({arguments}):\n" + "    a0 = 1\n" * 61 + "gyroid = 'octet'\n" + "\n" * 300
     )
     words = [*not_upward(wrong), *wide_or_long(wrong)]
@@ -350,12 +360,12 @@ def test_what_is_wrong_with_a_file_is_found(monkeypatch, tmp_path):
     (plugin / "gradedesign_x").mkdir(parents=True)
     mine = plugin / "gradedesign_x" / "a.py"
     mine.write_text(
-        "import gradedesign.fe\nfrom gradedesign import nothing, CellFamily\n"
-        "from gradedesign.fe import space\nfrom gradedesign_y import z\n"
+        "import gradedesign.mechanics.fe\nfrom gradedesign import nothing, CellFamily\n"
+        "from gradedesign.mechanics.fe import space\nfrom gradedesign_y import z\n"
         "from gradedesign_x import b\nimport ast\n"
     )
     assert [line.split("imports ")[1] for line in private_imports(mine)] == [
-        "gradedesign.fe", "nothing", "gradedesign.fe", "gradedesign_y",
+        "gradedesign.mechanics.fe", "nothing", "gradedesign.mechanics.fe", "gradedesign_y",
     ]  # fmt: skip
 
 
@@ -437,12 +447,14 @@ def test_scripts_import_what_exists(tmp_path, monkeypatch):
     assert [name for path in scripts for name in missing_names(path)] == []
     monkeypatch.setattr(sys.modules[__name__], "ROOT", tmp_path)
     script = tmp_path / "script.py"
-    script.write_text("def f():\n    from gradedesign.fe.stress import von_mises, no_such\n")
-    assert list(missing_names(script)) == ["script.py: gradedesign.fe.stress.no_such"]
+    script.write_text(
+        "def f():\n    from gradedesign.mechanics.fe.stress import von_mises, no_such\n"
+    )
+    assert list(missing_names(script)) == ["script.py: gradedesign.mechanics.fe.stress.no_such"]
 
 
 def test_messages_of_the_library_name_no_option():
-    """They are read in Python too; `cli.options` says the option where a command prints them."""
+    """They are read in Python too; `program.commands.options` says the option where a command prints them."""
     option = re.compile(r"(?<![\w-])(?:--[a-z][a-z-]+|-o)(?![\w-])")
     wrong = []
     for path in MODULES:

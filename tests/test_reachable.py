@@ -13,7 +13,7 @@ SOURCES = (ROOT / "src", *sorted((ROOT / "plugins").glob("*/src")))
 
 #: Modules whose names are for others: what they list needs no user here.
 PUBLIC = (
-    "gradedesign", "gradedesign.commands", "gradedesign.fields", "gradedesign.finite_cell",
+    "gradedesign", "gradedesign.commands", "gradedesign.fields", "gradedesign.mechanics.finite_cell",
     "gradedesign.properties", "gradedesign.testing",
 )  # fmt: skip
 
@@ -25,22 +25,22 @@ CALLED_BY_FRAMEWORK = {
 #: Definitions that no code here names, each with its reader. A record stands for its fields.
 ALLOWED = {
     # Written whole: result.json, `check --json`, the reports of cells and of the repair.
-    "gradedesign.cell.map_report.MapReport": "result.json, cells of the layout",
-    "gradedesign.cell.map_report.SizeError": "result.json, cells of the layout",
-    "gradedesign.cell.map_report.Spread": "result.json, cells of the layout",
-    "gradedesign.lattice.islands.Islands": "result.json, islands_dropped",
-    "gradedesign.loop.predicted_cost.CostPrediction": "check --json, stages",
-    "gradedesign.output.result.Iteration": "result.json, iterations",
-    "gradedesign.output.result.RunResult": "result.json",
-    "gradedesign.part.repair.RepairReport": "check --json, repairs",
-    "gradedesign.verify.as_built.AsBuilt": "result.json, printability",
-    "gradedesign.verify.body_comparison.BodyComparison": "result.json and report.html, printed",
-    "gradedesign.verify.measures.StressMeasure": "result.json and report.html, measures",
-    "gradedesign.verify.voids.Voids": "result.json, printability",
+    "gradedesign.geometry.maps.map_report.MapReport": "result.json, cells of the layout",
+    "gradedesign.geometry.maps.map_report.SizeError": "result.json, cells of the layout",
+    "gradedesign.geometry.maps.map_report.Spread": "result.json, cells of the layout",
+    "gradedesign.geometry.contour.islands.Islands": "result.json, islands_dropped",
+    "gradedesign.design.loop.predicted_cost.CostPrediction": "check --json, stages",
+    "gradedesign.design.verdict.result.Iteration": "result.json, iterations",
+    "gradedesign.design.verdict.result.RunResult": "result.json",
+    "gradedesign.geometry.part.repair.RepairReport": "check --json, repairs",
+    "gradedesign.design.printing.as_built.AsBuilt": "result.json, printability",
+    "gradedesign.design.acceptance.body_comparison.BodyComparison": "result.json and report.html, printed",
+    "gradedesign.mechanics.explicit.measures.StressMeasure": "result.json and report.html, measures",
+    "gradedesign.design.printing.voids.Voids": "result.json, printability",
     # Interfaces for code of others.
-    "gradedesign.cli.app.Commands.invoke": "typer calls it",
-    "gradedesign.cli.app.Commands.list_commands": "typer calls it",
-    "gradedesign.workspace.compiling._Compilations.notify": "numba calls it",
+    "gradedesign.program.commands.app.Commands.invoke": "typer calls it",
+    "gradedesign.program.commands.app.Commands.list_commands": "typer calls it",
+    "gradedesign.common.system.compiling._Compilations.notify": "numba calls it",
 }
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.ndimage import label as connected
 from scipy.spatial.transform import Rotation
 
-from gradedesign.part.box import box_surface
+from gradedesign.geometry.part.box import box_surface
 
 CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 PRODUCTION = "http://schemas.microsoft.com/3dmanufacturing/production/2015/06"

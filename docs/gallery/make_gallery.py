@@ -15,26 +15,26 @@ import numpy as np
 from PIL import Image
 
 from gradedesign.arrays import Field
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.cell_map import CellMap, uniform_map
-from gradedesign.cell.conformal_map import conformal_map
-from gradedesign.cell.cylindrical_map import cylindrical_map
-from gradedesign.cell.family import CellFamily
-from gradedesign.cell.frame_field import frame_field
-from gradedesign.cell.increments import cell_increments
-from gradedesign.cell.phase_fields import graded_size_map
-from gradedesign.cell.shape import evaluate_shape, spread_points
-from gradedesign.cell.size_law import size_by_ratio, wall_ratio
-from gradedesign.cell.spherical_map import spherical_map
-from gradedesign.cell.transition import cell_transition
-from gradedesign.cell.warp_map import MorphingSphere, warp_map
 from gradedesign.errors import GradeDesignError
-from gradedesign.lattice.surface import extract_surface
-from gradedesign.mesh.boolean import intersection
-from gradedesign.output._draw_opengl import draw_opengl
-from gradedesign.output.scene import Layer, Scene
-from gradedesign.part.box import box_surface
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.geometry.cell.increments import cell_increments
+from gradedesign.geometry.cell.shape import evaluate_shape, spread_points
+from gradedesign.geometry.cell.transition import cell_transition
+from gradedesign.geometry.contour.surface import extract_surface
+from gradedesign.geometry.maps.cell_map import CellMap, uniform_map
+from gradedesign.geometry.maps.conformal_map import conformal_map
+from gradedesign.geometry.maps.cylindrical_map import cylindrical_map
+from gradedesign.geometry.maps.frame_field import frame_field
+from gradedesign.geometry.maps.phase_fields import graded_size_map
+from gradedesign.geometry.maps.size_law import size_by_ratio, wall_ratio
+from gradedesign.geometry.maps.spherical_map import spherical_map
+from gradedesign.geometry.maps.warp_map import MorphingSphere, warp_map
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.triangles.boolean import intersection
+from gradedesign.program.host.registry import build_registry
+from gradedesign.program.pictures._draw_opengl import draw_opengl
+from gradedesign.program.pictures.scene import Layer, Scene
 
 HERE = Path(__file__).parent
 #: Relative density of the families' pictures: all families have it.

@@ -5,21 +5,12 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from gradedesign.workspace.processor import settle_threads
+from gradedesign.common.system.processor import settle_threads
 
 if TYPE_CHECKING:
-    from gradedesign.case.limits_schema import (
-        Allowed,
-        LimitEntry,
-        SolidMultiple,
-        as_multiple,
-        in_number,
-        stated_words,
-    )
-    from gradedesign.case.part_path import IMAGES, slices_with
-    from gradedesign.cell.family import CellFamily
-    from gradedesign.cell.maker import CellMaker
-    from gradedesign.cell.strut_axes import StrutAxes
+    from gradedesign.common.system.npy_file import read_npy, read_npy_stream
+    from gradedesign.common.system.progress import report_step
+    from gradedesign.common.system.threads import in_threads
     from gradedesign.errors import (
         CaseError,
         DensityError,
@@ -31,45 +22,31 @@ if TYPE_CHECKING:
         ResourceError,
         SolverError,
     )
-    from gradedesign.fe.eigen_solver import EigenProblem, EigenSolver, ExtremeValue
-    from gradedesign.fe.linear_solver import LinearAnswer, LinearSolver, LinearSystem
-    from gradedesign.fe.stiffness import AnisotropicStiffness, IsotropicStiffness
-    from gradedesign.lattice.beams import BeamLattice
-    from gradedesign.lattice.dense_lattice import DenseLattice, PixelField, PixelPlane
-    from gradedesign.lattice.sample import checked_values
-    from gradedesign.limits.analysis import Analysis
-    from gradedesign.limits.key import LimitKey
-    from gradedesign.limits.limit import Limit, LimitKind, PlacedModel, StatedLimit
-    from gradedesign.limits.row import LimitRow
-    from gradedesign.limits.state import HomogenisedState, Predicted, Response
-    from gradedesign.material.cubic_law import cubic_law, cubic_table_law
-    from gradedesign.material.material import Material
-    from gradedesign.material.power_law import power_law
-    from gradedesign.material.property_table import PropertyTable, read_property_table
-    from gradedesign.material.scaling_law import LawOrigin, ScalingLaw
-    from gradedesign.material.shipped_tables import shipped_laws
-    from gradedesign.material.tabulated_law import tabulated_law
-    from gradedesign.mesh.distance_grid import DistanceBricks, distance_bricks, distance_grid
-    from gradedesign.mesh.mesher import Mesher, serve_mesher
-    from gradedesign.mesh.surface_mesh import SurfaceMesh
-    from gradedesign.output.analysed_model import AnalysedModel, ModelStep
-    from gradedesign.output.exporter import Exporter, PlannedPrint
-    from gradedesign.output.output import FieldSet, FinishedRun, Output
-    from gradedesign.output.printed_lattice import PrintedLattice, SampledPrint
-    from gradedesign.part.exact_surface import ExactSurface
-    from gradedesign.part.file_body import FileBody
-    from gradedesign.part.file_faces import FileFaces
-    from gradedesign.part.image_stack import read_images
-    from gradedesign.part.npy_file import read_npy, read_npy_stream
-    from gradedesign.part.raw_triangles import UNIT_MM, RawTriangles, raw_triangles
-    from gradedesign.part.reader import PartReader
-    from gradedesign.part.repairer import Repairer, serve_repairer
-    from gradedesign.part.voxel_volume import BYTES_PER_VOXEL, VoxelVolume
-    from gradedesign.pipeline import run
-    from gradedesign.plugin.command import Command
-    from gradedesign.plugin.markers import hookimpl
-    from gradedesign.plugin.read_case import load_case
-    from gradedesign.verify.analysis import (
+    from gradedesign.geometry.cell.family import CellFamily
+    from gradedesign.geometry.cell.maker import CellMaker
+    from gradedesign.geometry.cell.strut_axes import StrutAxes
+    from gradedesign.geometry.contour.sample import checked_values
+    from gradedesign.geometry.formats.exporter import Exporter, PlannedPrint
+    from gradedesign.geometry.formats.printed_lattice import PrintedLattice, SampledPrint
+    from gradedesign.geometry.lattice.beams import BeamLattice
+    from gradedesign.geometry.lattice.dense_lattice import DenseLattice, PixelField, PixelPlane
+    from gradedesign.geometry.part.exact_surface import ExactSurface
+    from gradedesign.geometry.part.file_body import FileBody
+    from gradedesign.geometry.part.file_faces import FileFaces
+    from gradedesign.geometry.part.image_stack import read_images
+    from gradedesign.geometry.part.part_path import IMAGES, slices_with
+    from gradedesign.geometry.part.raw_triangles import UNIT_MM, RawTriangles, raw_triangles
+    from gradedesign.geometry.part.reader import PartReader
+    from gradedesign.geometry.part.repairer import Repairer, serve_repairer
+    from gradedesign.geometry.part.voxel_volume import BYTES_PER_VOXEL, VoxelVolume
+    from gradedesign.geometry.tets.mesher import Mesher, serve_mesher
+    from gradedesign.geometry.triangles.distance_grid import (
+        DistanceBricks,
+        distance_bricks,
+        distance_grid,
+    )
+    from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+    from gradedesign.mechanics.explicit.analysis import (
         AnalysisEstimate,
         Discretisation,
         ExplicitAnalysis,
@@ -80,9 +57,36 @@ if TYPE_CHECKING:
         SurfaceFields,
         VolumeFields,
     )
-    from gradedesign.verify.printed_solid import PrintedSolid
-    from gradedesign.workspace.progress import report_step
-    from gradedesign.workspace.threads import in_threads
+    from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
+    from gradedesign.mechanics.fe.stiffness import AnisotropicStiffness, IsotropicStiffness
+    from gradedesign.mechanics.limits.analysis import Analysis
+    from gradedesign.mechanics.limits.key import LimitKey
+    from gradedesign.mechanics.limits.limit import Limit, LimitKind, PlacedModel, StatedLimit
+    from gradedesign.mechanics.limits.limits_schema import (
+        Allowed,
+        LimitEntry,
+        SolidMultiple,
+        as_multiple,
+        in_number,
+        stated_words,
+    )
+    from gradedesign.mechanics.limits.row import LimitRow
+    from gradedesign.mechanics.limits.state import HomogenisedState, Predicted, Response
+    from gradedesign.mechanics.material.cubic_law import cubic_law, cubic_table_law
+    from gradedesign.mechanics.material.material import Material
+    from gradedesign.mechanics.material.power_law import power_law
+    from gradedesign.mechanics.material.property_table import PropertyTable, read_property_table
+    from gradedesign.mechanics.material.scaling_law import LawOrigin, ScalingLaw
+    from gradedesign.mechanics.material.shipped_tables import shipped_laws
+    from gradedesign.mechanics.material.tabulated_law import tabulated_law
+    from gradedesign.mechanics.solver.eigen_solver import EigenProblem, EigenSolver, ExtremeValue
+    from gradedesign.mechanics.solver.linear_solver import LinearAnswer, LinearSolver, LinearSystem
+    from gradedesign.pipeline import run
+    from gradedesign.program.host.command import Command
+    from gradedesign.program.host.markers import hookimpl
+    from gradedesign.program.host.read_case import load_case
+    from gradedesign.program.outputs.analysed_model import AnalysedModel, ModelStep
+    from gradedesign.program.outputs.output import FieldSet, FinishedRun, Output
 
 __all__ = [
     "BYTES_PER_VOXEL",
@@ -188,56 +192,56 @@ __all__ = [
 #: Where the public names live; they are imported when first asked for, so that a command or a
 #: plugin loads what it uses and no more.
 _HOMES = {
-    "plugin.read_case": "load_case",
-    "case.limits_schema": "Allowed LimitEntry SolidMultiple as_multiple in_number stated_words",
-    "lattice.beams": "BeamLattice",
-    "lattice.dense_lattice": "DenseLattice PixelField PixelPlane",
-    "lattice.sample": "checked_values",
-    "limits.analysis": "Analysis",
-    "limits.key": "LimitKey",
-    "limits.limit": "Limit LimitKind PlacedModel StatedLimit",
-    "limits.row": "LimitRow",
-    "limits.state": "HomogenisedState Predicted Response",
-    "case.part_path": "IMAGES slices_with",
-    "cell.family": "CellFamily",
-    "cell.maker": "CellMaker",
-    "cell.strut_axes": "StrutAxes",
+    "program.host.read_case": "load_case",
+    "mechanics.limits.limits_schema": "Allowed LimitEntry SolidMultiple as_multiple in_number stated_words",
+    "geometry.lattice.beams": "BeamLattice",
+    "geometry.lattice.dense_lattice": "DenseLattice PixelField PixelPlane",
+    "geometry.contour.sample": "checked_values",
+    "mechanics.limits.analysis": "Analysis",
+    "mechanics.limits.key": "LimitKey",
+    "mechanics.limits.limit": "Limit LimitKind PlacedModel StatedLimit",
+    "mechanics.limits.row": "LimitRow",
+    "mechanics.limits.state": "HomogenisedState Predicted Response",
+    "geometry.part.part_path": "IMAGES slices_with",
+    "geometry.cell.family": "CellFamily",
+    "geometry.cell.maker": "CellMaker",
+    "geometry.cell.strut_axes": "StrutAxes",
     "errors": "CaseError DensityError GradeDesignError LatticeError MeshError PartError "
     "PluginError ResourceError SolverError",
-    "fe.eigen_solver": "EigenProblem EigenSolver ExtremeValue",
-    "fe.linear_solver": "LinearAnswer LinearSolver LinearSystem",
-    "fe.stiffness": "AnisotropicStiffness IsotropicStiffness",
-    "material.cubic_law": "cubic_law cubic_table_law",
-    "material.material": "Material",
-    "material.power_law": "power_law",
-    "material.property_table": "PropertyTable read_property_table",
-    "material.scaling_law": "LawOrigin ScalingLaw",
-    "material.shipped_tables": "shipped_laws",
-    "material.tabulated_law": "tabulated_law",
-    "mesh.distance_grid": "DistanceBricks distance_bricks distance_grid",
-    "mesh.mesher": "Mesher serve_mesher",
-    "mesh.surface_mesh": "SurfaceMesh",
-    "output.analysed_model": "AnalysedModel ModelStep",
-    "output.exporter": "Exporter PlannedPrint",
-    "output.output": "FieldSet FinishedRun Output",
-    "output.printed_lattice": "PrintedLattice SampledPrint",
-    "part.exact_surface": "ExactSurface",
-    "part.file_body": "FileBody",
-    "part.file_faces": "FileFaces",
-    "part.image_stack": "read_images",
-    "part.npy_file": "read_npy read_npy_stream",
-    "part.raw_triangles": "RawTriangles UNIT_MM raw_triangles",
-    "part.reader": "PartReader",
-    "part.voxel_volume": "BYTES_PER_VOXEL VoxelVolume",
-    "part.repairer": "Repairer serve_repairer",
+    "mechanics.solver.eigen_solver": "EigenProblem EigenSolver ExtremeValue",
+    "mechanics.solver.linear_solver": "LinearAnswer LinearSolver LinearSystem",
+    "mechanics.fe.stiffness": "AnisotropicStiffness IsotropicStiffness",
+    "mechanics.material.cubic_law": "cubic_law cubic_table_law",
+    "mechanics.material.material": "Material",
+    "mechanics.material.power_law": "power_law",
+    "mechanics.material.property_table": "PropertyTable read_property_table",
+    "mechanics.material.scaling_law": "LawOrigin ScalingLaw",
+    "mechanics.material.shipped_tables": "shipped_laws",
+    "mechanics.material.tabulated_law": "tabulated_law",
+    "geometry.triangles.distance_grid": "DistanceBricks distance_bricks distance_grid",
+    "geometry.tets.mesher": "Mesher serve_mesher",
+    "geometry.triangles.surface_mesh": "SurfaceMesh",
+    "program.outputs.analysed_model": "AnalysedModel ModelStep",
+    "geometry.formats.exporter": "Exporter PlannedPrint",
+    "program.outputs.output": "FieldSet FinishedRun Output",
+    "geometry.formats.printed_lattice": "PrintedLattice SampledPrint",
+    "geometry.part.exact_surface": "ExactSurface",
+    "geometry.part.file_body": "FileBody",
+    "geometry.part.file_faces": "FileFaces",
+    "geometry.part.image_stack": "read_images",
+    "common.system.npy_file": "read_npy read_npy_stream",
+    "geometry.part.raw_triangles": "RawTriangles UNIT_MM raw_triangles",
+    "geometry.part.reader": "PartReader",
+    "geometry.part.voxel_volume": "BYTES_PER_VOXEL VoxelVolume",
+    "geometry.part.repairer": "Repairer serve_repairer",
     "pipeline": "run",
-    "plugin.command": "Command",
-    "plugin.markers": "hookimpl",
-    "verify.analysis": "AnalysisEstimate Discretisation ExplicitAnalysis PlannedSolid Resolution "
+    "program.host.command": "Command",
+    "program.host.markers": "hookimpl",
+    "mechanics.explicit.analysis": "AnalysisEstimate Discretisation ExplicitAnalysis PlannedSolid Resolution "
     "SolvedSolid StressSample SurfaceFields VolumeFields",
-    "verify.printed_solid": "PrintedSolid",
-    "workspace.progress": "report_step",
-    "workspace.threads": "in_threads",
+    "mechanics.explicit.printed_solid": "PrintedSolid",
+    "common.system.progress": "report_step",
+    "common.system.threads": "in_threads",
 }
 # Before anything imports numba, which reads its settings once.
 settle_threads()

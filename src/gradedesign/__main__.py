@@ -1,6 +1,6 @@
 """``python -m gradedesign``."""
 
-from gradedesign.cli import main
+from gradedesign.program.commands import main
 
 if __name__ == "__main__":
     main()

@@ -2,35 +2,35 @@
 
 from __future__ import annotations
 
-from gradedesign.case.key_path import parse_key, with_values
-from gradedesign.case.problems import Problem, case_error, dotted, problems_of
-from gradedesign.case.read_case import case_file, read_toml
-from gradedesign.case.schema import Case
-from gradedesign.case.suggest import instead, shown
-from gradedesign.case.table import Table
-from gradedesign.case.toml_lines import Key
-from gradedesign.case.toml_text import toml_text
-from gradedesign.case.value_types import Name
-from gradedesign.cli.layout import say, wrapped
-from gradedesign.cli.named_cell import named_cell
-from gradedesign.cli.on_dask import Cluster, has_dask, on_dask
-from gradedesign.cli.plugins import registry_for
-from gradedesign.cli.progress_lines import ProgressLines
-from gradedesign.cli.show import print_files, print_json, print_table, print_text
+from gradedesign.common.system.atomic import UNFINISHED, is_folder, write_error, write_text
+from gradedesign.common.system.processor import usable_cores
+from gradedesign.common.system.progress import counted
+from gradedesign.common.values.key_path import parse_key, with_values
+from gradedesign.common.values.problems import Problem, case_error, dotted, problems_of
+from gradedesign.common.values.suggest import instead, shown
+from gradedesign.common.values.table import Table
+from gradedesign.common.values.toml_lines import Key
+from gradedesign.common.values.toml_text import toml_text
+from gradedesign.common.values.value_types import Name
+from gradedesign.design.case.read_case import case_file, read_toml
+from gradedesign.design.case.schema import Case
+from gradedesign.design.resolve.registry import Registry, lookup
+from gradedesign.design.verdict.common import library_versions
+from gradedesign.design.verdict.result import RunResult, from_json
 from gradedesign.errors import blaming
-from gradedesign.limits.row import LimitRow
-from gradedesign.loop.stages import open_stages
-from gradedesign.output.figure import COLOURS, GREY, empty_figure, save_figure
-from gradedesign.output.result import RunResult, from_json
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.registry import Registry, lookup
-from gradedesign.results.common import library_versions
-from gradedesign.results.files import RESULT_NAME
-from gradedesign.results.finished import finished_result
-from gradedesign.workspace.atomic import UNFINISHED, is_folder, write_error, write_text
-from gradedesign.workspace.processor import usable_cores
-from gradedesign.workspace.progress import counted
-from gradedesign.workspace.run_lock import RunLock
+from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.program.commands.layout import say, wrapped
+from gradedesign.program.commands.named_cell import named_cell
+from gradedesign.program.commands.on_dask import Cluster, has_dask, on_dask
+from gradedesign.program.commands.plugins import registry_for
+from gradedesign.program.commands.progress_lines import ProgressLines
+from gradedesign.program.commands.show import print_files, print_json, print_table, print_text
+from gradedesign.program.host.registry import build_registry
+from gradedesign.program.outputs.files import RESULT_NAME
+from gradedesign.program.outputs.finished import finished_result
+from gradedesign.program.pictures.figure import COLOURS, GREY, empty_figure, save_figure
+from gradedesign.program.store.run_lock import RunLock
+from gradedesign.program.store.stages import open_stages
 
 __all__ = [
     "COLOURS",

@@ -12,23 +12,48 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from gradedesign.case.schema import Case
-from gradedesign.limits.limit import limits_stress
-from gradedesign.limits.row import LimitRow
-from gradedesign.limits.verdict import Factors, any_broken, unsure_words
-from gradedesign.loop.accepted import Accepted, accept_design, judge_stress
-from gradedesign.loop.analysed import Analysed, analyse_design
-from gradedesign.loop.announce import Announcer
-from gradedesign.loop.best_rows import best_rows
-from gradedesign.loop.ended import why_ended
-from gradedesign.loop.exported_surface import export_surface
-from gradedesign.loop.graded_cells import with_cells
-from gradedesign.loop.iteration import DesignIteration, run_iteration
-from gradedesign.loop.iteration_steps import SizingPlan, design_filter, size_design
-from gradedesign.loop.loop import Progress, run_loop
-from gradedesign.loop.loop_stages import Stages
-from gradedesign.loop.run_cost import RunCost
-from gradedesign.loop.stages import (
+from gradedesign.common.system.progress import Listener, ignore
+from gradedesign.design.case.schema import Case
+from gradedesign.design.loop.accepted import Accepted, accept_design, judge_stress
+from gradedesign.design.loop.analysed import Analysed, analyse_design
+from gradedesign.design.loop.announce import Announcer
+from gradedesign.design.loop.best_rows import best_rows
+from gradedesign.design.loop.ended import why_ended
+from gradedesign.design.loop.exported_surface import export_surface
+from gradedesign.design.loop.graded_cells import with_cells
+from gradedesign.design.loop.iteration import DesignIteration, run_iteration
+from gradedesign.design.loop.iteration_steps import SizingPlan, design_filter, size_design
+from gradedesign.design.loop.loop import Progress, run_loop
+from gradedesign.design.loop.loop_stages import Stages
+from gradedesign.design.loop.run_cost import RunCost
+from gradedesign.design.resolve.lattice_files import STL_NAME, write_printed
+from gradedesign.design.resolve.oriented import oriented
+from gradedesign.design.resolve.own_cell import with_own_cell
+from gradedesign.design.resolve.registry import Registry
+from gradedesign.design.resolve.setup import Setup, prepare
+from gradedesign.design.resolve.size_effects import with_size_effects
+from gradedesign.design.resolve.solid import solve_solid, with_solid
+from gradedesign.design.verdict.computed import Computed
+from gradedesign.design.verdict.printable import with_print_limits
+from gradedesign.design.verdict.result import RunResult
+from gradedesign.design.verdict.shown import Shown, shown_of
+from gradedesign.design.verdict.summary import (
+    best_iteration,
+    infeasible_result,
+    partial_result,
+    verdict_result,
+)
+from gradedesign.mechanics.explicit.correction import Correction
+from gradedesign.mechanics.explicit.yielding import yielding_words
+from gradedesign.mechanics.limits.limit import limits_stress
+from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.mechanics.limits.verdict import Factors, any_broken, unsure_words
+from gradedesign.program.host.registry import build_registry
+from gradedesign.program.outputs.failed import recording_failure
+from gradedesign.program.outputs.files import write_outputs
+from gradedesign.program.outputs.finished import finished_result
+from gradedesign.program.store.run_folder import RunFolder
+from gradedesign.program.store.stages import (
     default_folder,
     load_acceptance,
     load_iterations,
@@ -36,31 +61,6 @@ from gradedesign.loop.stages import (
     save_acceptance,
     save_iteration,
 )
-from gradedesign.output.result import RunResult
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.lattice_files import STL_NAME, write_printed
-from gradedesign.resolve.oriented import oriented
-from gradedesign.resolve.own_cell import with_own_cell
-from gradedesign.resolve.registry import Registry
-from gradedesign.resolve.setup import Setup, prepare
-from gradedesign.resolve.size_effects import with_size_effects
-from gradedesign.resolve.solid import solve_solid, with_solid
-from gradedesign.results.computed import Computed
-from gradedesign.results.failed import recording_failure
-from gradedesign.results.files import write_outputs
-from gradedesign.results.finished import finished_result
-from gradedesign.results.printable import with_print_limits
-from gradedesign.results.shown import Shown, shown_of
-from gradedesign.results.summary import (
-    best_iteration,
-    infeasible_result,
-    partial_result,
-    verdict_result,
-)
-from gradedesign.verify.correction import Correction
-from gradedesign.verify.yielding import yielding_words
-from gradedesign.workspace.progress import Listener, ignore
-from gradedesign.workspace.run_folder import RunFolder
 
 #: Utilisation that sizing aims at when no explicit analysis follows it. Chosen, not measured.
 FULL_UTILISATION = 0.998

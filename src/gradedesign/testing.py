@@ -15,16 +15,17 @@ from itertools import pairwise
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.cell import Cell
-from gradedesign.cell.family import CellFamily
-from gradedesign.cell.period import require_period
-from gradedesign.cell.shape import evaluate_shape, grid_nodes, spread_points
-from gradedesign.cell.wall_size import wall_mm
 from gradedesign.errors import PluginError
-from gradedesign.fields import gradient, periodic_distance_to_segments
-from gradedesign.homogenise.bounds import check_bounds
-from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.cell import Cell
+from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.geometry.cell.period import require_period
+from gradedesign.geometry.cell.shape import evaluate_shape, grid_nodes, spread_points
+from gradedesign.geometry.cell.wall_size import wall_mm
+from gradedesign.geometry.fields.algebra import gradient
+from gradedesign.geometry.fields.segment_distance import periodic_distance_to_segments
+from gradedesign.mechanics.homogenise.bounds import check_bounds
+from gradedesign.mechanics.material.scaling_law import ScalingLaw
 
 __all__ = ["check_cell_family", "check_scaling_law"]
 

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 from small_parts import held_bar
 
-from gradedesign.mesh.surface_mesh import corner_points
-from gradedesign.part.box import box_surface
-from gradedesign.plugin import builtin
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.triangles.surface_mesh import corner_points
+from gradedesign.program.host import builtin
 
 BOX = corner_points(box_surface((20.0, 10.0, 10.0)))
 

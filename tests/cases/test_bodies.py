@@ -9,10 +9,10 @@ from body_variants import loose_core
 from damaged_shapes import binary, box
 from small_parts import SHORT_BAR
 
-from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.output.write_stl import write_stl
-from gradedesign.part.box import box_surface
-from gradedesign.resolve import lattice_files
+from gradedesign.design.resolve import lattice_files
+from gradedesign.geometry.formats.write_stl import write_stl
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 #: Two boxes side by side between two planes; a displacement that no density can hold, so that the
 #: run ends after its first iteration and exports what it found.

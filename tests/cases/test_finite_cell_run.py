@@ -9,7 +9,7 @@ import pytest
 from result_keys import undocumented
 from small_parts import SHORT_BAR
 
-from gradedesign.verify.small_solid import FINEST
+from gradedesign.mechanics.explicit.small_solid import FINEST
 
 CASE = (
     SHORT_BAR

@@ -14,7 +14,7 @@ import time
 import pytest
 from small_parts import SHORT_BAR
 
-from gradedesign.workspace.run_folder import open_run_folder
+from gradedesign.program.store.run_folder import open_run_folder
 
 KILLS = int(os.environ.get("GRADEDESIGN_KILLS", "3"))
 #: Seconds after its start at which a run is killed at the latest.

@@ -11,7 +11,7 @@ from small_parts import SHORT_BAR
 
 from gradedesign import pipeline
 from gradedesign.errors import LatticeError
-from gradedesign.workspace.run_folder import open_run_folder
+from gradedesign.program.store.run_folder import open_run_folder
 
 #: A box of two thick-walled cells whose limit no density can hold, which the first iteration cannot
 #: know without size effects: two iterations, no acceptance.

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from small_parts import SHORT_BAR
 
-from gradedesign.case.read_case import load_case
-from gradedesign.mesh.surface_mesh import enclosed_volume, open_edge_count
-from gradedesign.mesh.tet_mesh import signed_volumes
-from gradedesign.output.write_stl import surface_of_stl, write_stl
-from gradedesign.part.box import box_surface
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.setup import prepare
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.resolve.setup import prepare
+from gradedesign.geometry.formats.write_stl import surface_of_stl, write_stl
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.tets.tet_mesh import signed_volumes
+from gradedesign.geometry.triangles.surface_mesh import enclosed_volume, open_edge_count
+from gradedesign.program.host.registry import build_registry
 
 CASE = (
     SHORT_BAR

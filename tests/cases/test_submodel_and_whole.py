@@ -4,7 +4,7 @@ import pytest
 from result_keys import undocumented
 
 import gradedesign
-from gradedesign.output.result import as_json
+from gradedesign.design.verdict.result import as_json
 
 CASE = """
 [case]

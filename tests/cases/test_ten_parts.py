@@ -5,7 +5,7 @@ from oracles.printed_tetrahedra import values_on_tetrahedra
 from ten_parts import PARTS
 
 import gradedesign
-from gradedesign.loop.accepted import NO_SUBMODELS
+from gradedesign.design.loop.accepted import NO_SUBMODELS
 
 #: Edge of the larger tetrahedra of the independent mesh, mm; walls are 0.8 mm thick or more.
 EDGE = 1.2
@@ -14,7 +14,7 @@ EDGE = 1.2
 @pytest.fixture
 def without_bodies_of_its_own(monkeypatch):
     """Leave out the run's own tetrahedra, whose values a band is widened to hold."""
-    monkeypatch.setattr("gradedesign.loop.accepted._body_fitted", lambda *_: NO_SUBMODELS)
+    monkeypatch.setattr("gradedesign.design.loop.accepted._body_fitted", lambda *_: NO_SUBMODELS)
 
 
 def rows_of(case, tmp_path):

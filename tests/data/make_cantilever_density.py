@@ -24,13 +24,13 @@ from skfem import Basis, BilinearForm, ElementHex1, ElementVector, MeshHex
 from skfem.helpers import ddot, sym_grad, trace
 from skfem.models.elasticity import lame_parameters
 
-from gradedesign.case.read_case import load_case
-from gradedesign.fe.direct import solve_direct
-from gradedesign.lattice.density_grid import density_grid_from_elements
-from gradedesign.loop.iteration_steps import SizingPlan, design_filter, size_design
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.setup import prepare
-from gradedesign.verify.correction import Correction
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.loop.iteration_steps import SizingPlan, design_filter, size_design
+from gradedesign.design.resolve.setup import prepare
+from gradedesign.geometry.lattice.density_grid import density_grid_from_elements
+from gradedesign.mechanics.explicit.correction import Correction
+from gradedesign.mechanics.solver.direct import solve_direct
+from gradedesign.program.host.registry import build_registry
 
 HERE = Path(__file__).parent
 SIZE, COUNT = (1500.0, 300.0, 200.0), (90, 18, 12)

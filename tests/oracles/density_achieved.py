@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
-from gradedesign.cell.cell import Cell
-from gradedesign.cell.shape import evaluate_shape
 from gradedesign.errors import LatticeError
+from gradedesign.geometry.cell.cell import Cell
+from gradedesign.geometry.cell.shape import evaluate_shape
 
 _CHUNK = 1 << 18
 
@@ -64,7 +64,7 @@ def density_achieved(
     density : callable or float
         Relative density asked for, points ``(3, ...)`` mm to ``(...)``.
     points : (3, n) array, mm
-        Evenly inside the part, see :func:`gradedesign.cell.map_report.volume_points`: a regular
+        Evenly inside the part, see :func:`gradedesign.geometry.maps.map_report.volume_points`: a regular
         grid beats with the cells.
     axis, slabs : int
         Coordinate axis that is cut into so many slabs of equal thickness.

@@ -6,7 +6,7 @@ from collections import Counter
 
 import numpy as np
 
-from gradedesign.lattice._marching_table import EDGES, corner_number, marching_table
+from gradedesign.geometry.contour._marching_table import EDGES, corner_number, marching_table
 
 
 def triangles_by_cube(values):

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
-from gradedesign.cell.cell_map import CellMap, along, numeric_gradient
+from gradedesign.geometry.maps.cell_map import CellMap, along, numeric_gradient
 
 
 def naive_size_map(
@@ -17,7 +17,7 @@ def naive_size_map(
 
     Its derivative is ``I / L - (x - origin) grad(L) / L^2``: the farther from the origin, the more
     the cells differ from L, shear and fold. Never used for a design; reports show it beside the
-    map of :func:`gradedesign.cell.phase_fields.graded_size_map`.
+    map of :func:`gradedesign.geometry.maps.phase_fields.graded_size_map`.
 
     Parameters
     ----------

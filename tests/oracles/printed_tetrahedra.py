@@ -9,18 +9,18 @@ from pathlib import Path
 import numpy as np
 import skfem
 
-from gradedesign.limits.banded import banded
-from gradedesign.limits.verdict import limit_rows
-from gradedesign.loop.iteration_steps import printed_solid
-from gradedesign.mesh.chord_tolerance import within_chord
-from gradedesign.mesh.meshed_surface import tetrahedralize
-from gradedesign.mesh.mesher import PYTETWILD
-from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
-from gradedesign.output.write_stl import surface_of_stl
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.setup import prepare
-from gradedesign.verify.analysis import Discretisation
-from gradedesign.verify.tets import solve_tets
+from gradedesign.design.loop.iteration_steps import printed_solid
+from gradedesign.design.resolve.setup import prepare
+from gradedesign.geometry.formats.write_stl import surface_of_stl
+from gradedesign.geometry.tets.meshed_surface import tetrahedralize
+from gradedesign.geometry.tets.mesher import PYTETWILD
+from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
+from gradedesign.geometry.triangles.chord_tolerance import within_chord
+from gradedesign.mechanics.explicit.analysis import Discretisation
+from gradedesign.mechanics.explicit.tets import solve_tets
+from gradedesign.mechanics.limits.banded import banded
+from gradedesign.mechanics.limits.verdict import limit_rows
+from gradedesign.program.host.registry import build_registry
 
 #: Envelope of the mesher, and half of it the chord within which triangles are joined first, mm.
 ENVELOPE = 0.03

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gradedesign.cell.shape import spread_points
+from gradedesign.geometry.cell.shape import spread_points
 
 
 def density_error(transition, density, *, length=2, pure=1):

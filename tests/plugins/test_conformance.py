@@ -16,7 +16,7 @@ from gradedesign import (
     cubic_law,
     power_law,
 )
-from gradedesign.plugin.registry import build_registry
+from gradedesign.program.host.registry import build_registry
 from gradedesign.testing import _check_one_side, _check_struts, check_cell_family, check_scaling_law
 
 REGISTRY = build_registry()

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 import trimesh
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.cell_map import turned_axes, uniform_map
-from gradedesign.lattice.dense_lattice import dense_lattice, strut_lattice
-from gradedesign.lattice.domain import DesignDomain
-from gradedesign.lattice.lattice import LatticeDesign, lattice_field
-from gradedesign.lattice.net_skin import NetSkin
-from gradedesign.lattice.skin import Skin
-from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.output.printed_lattice import MeasuredField, PrintedLattice
-from gradedesign.part.signed_distance import surface_distance
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.formats.printed_lattice import MeasuredField, PrintedLattice
+from gradedesign.geometry.lattice.dense_lattice import dense_lattice, strut_lattice
+from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
+from gradedesign.geometry.lattice.net_skin import NetSkin
+from gradedesign.geometry.lattice.skin import Skin
+from gradedesign.geometry.maps.cell_map import turned_axes, uniform_map
+from gradedesign.geometry.part.signed_distance import surface_distance
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.program.host.registry import build_registry
 from gradedesign_layers.layers import _slice_at
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from gradedesign import CellFamily, CellMaker, PluginError
-from gradedesign.cell.maker import make_cell
-from gradedesign.cell.shape import blamed_shape, evaluate_shape
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.cell.maker import make_cell
+from gradedesign.geometry.cell.shape import blamed_shape, evaluate_shape
+from gradedesign.program.host.registry import build_registry
 
 HEAD = """
 import sys
@@ -72,7 +72,7 @@ def ending(*_, **__):
 
 def test_whatever_ends_a_command_from_inside_is_blamed_on_a_plugin(cli, monkeypatch):
     # Stands for code that no guard knows, such as the callables of a law.
-    monkeypatch.setattr("gradedesign.cli.lists.registry_for", ending)
+    monkeypatch.setattr("gradedesign.program.commands.lists.registry_for", ending)
     ended = cli("materials")
     assert ended.code == 7
     assert "tried to end the program: SystemExit: 0" in ended.err

@@ -3,9 +3,9 @@
 import pytest
 
 from gradedesign import CaseError, PluginError
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.plugins_by_name import DISABLE_VARIABLE
-from gradedesign.resolve.registry import lookup
+from gradedesign.design.resolve.plugins_by_name import DISABLE_VARIABLE
+from gradedesign.design.resolve.registry import lookup
+from gradedesign.program.host.registry import build_registry
 
 CELL = """
 import numpy as np

@@ -12,11 +12,11 @@ import pytest
 import trimesh
 
 from gradedesign import CaseError, PluginError, load_case
-from gradedesign.case.read_generate import load_generate_case
-from gradedesign.generate.generate import generate
-from gradedesign.part.part import read_part
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.part_readers import part_readers
+from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.design.resolve.part_readers import part_readers
+from gradedesign.geometry.part.part import read_part
+from gradedesign.program.generate.generate import generate
+from gradedesign.program.host.registry import build_registry
 
 README = (Path(__file__).parents[2] / "plugins" / "README.md").read_text(encoding="utf-8")
 TOML = re.findall(r"^```toml\n(.*?)^```$", README, flags=re.DOTALL | re.MULTILINE)

@@ -93,7 +93,7 @@ from gradedesign import Mesher, hookimpl, serve_mesher
 
 
 def mesh(vertices, faces, options):
-    from gradedesign.mesh import _tetwild_worker
+    from gradedesign.geometry.tets import _tetwild_worker
 
     more = {"threads": 1, "simplify": True}
     points, tets = _tetwild_worker.mesh_surface(vertices, faces, {**options, **more})

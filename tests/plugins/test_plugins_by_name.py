@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from gradedesign import CaseError
-from gradedesign.plugin.command import COMMAND_GROUP, load_command
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve import plugins_by_name
-from gradedesign.resolve.registry import lookup
+from gradedesign.design.resolve import plugins_by_name
+from gradedesign.design.resolve.registry import lookup
+from gradedesign.program.host.command import COMMAND_GROUP, load_command
+from gradedesign.program.host.registry import build_registry
 
 ROOT = Path(__file__).parents[2]
 TABLE = plugins_by_name._plugins()

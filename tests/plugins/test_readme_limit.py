@@ -10,8 +10,8 @@ from small_parts import box_part, held_bar
 
 import gradedesign
 from gradedesign.errors import CaseError, PluginError
-from gradedesign.plugin.read_case import load_case
-from gradedesign.plugin.registry import build_registry
+from gradedesign.program.host.read_case import load_case
+from gradedesign.program.host.registry import build_registry
 
 README = (Path(__file__).parents[2] / "plugins" / "README.md").read_text(encoding="utf-8")
 

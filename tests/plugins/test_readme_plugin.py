@@ -16,8 +16,8 @@ import trimesh
 from small_parts import SHORT_BAR
 
 from gradedesign import PluginError
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.choose_law import choose_law
+from gradedesign.design.resolve.choose_law import choose_law
+from gradedesign.program.host.registry import build_registry
 from gradedesign.testing import check_cell_family, check_scaling_law
 
 README = Path(__file__).parents[2] / "plugins" / "README.md"

@@ -8,14 +8,14 @@ import pytest
 from small_parts import box_part, held_bar
 
 from gradedesign import PluginError, SolverError, load_case, run
-from gradedesign.fe.solution import LoadVector
-from gradedesign.fe.solve import solve_elastic
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.stiffness import IsotropicStiffness
-from gradedesign.fe.supports import supports_at
-from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.linear_solver import linear_solver
+from gradedesign.design.resolve.linear_solver import linear_solver
+from gradedesign.geometry.part.part_mesh import box_part_mesh
+from gradedesign.mechanics.fe.solution import LoadVector
+from gradedesign.mechanics.fe.solve import solve_elastic
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.stiffness import IsotropicStiffness
+from gradedesign.mechanics.fe.supports import supports_at
+from gradedesign.program.host.registry import build_registry
 
 PLUGIN = """
 import numpy as np

@@ -7,17 +7,17 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.cell_map import uniform_map
-from gradedesign.lattice.beams import beam_lattice
-from gradedesign.lattice.density_grid import DensityGrid
-from gradedesign.lattice.domain import DesignDomain
-from gradedesign.lattice.lattice import LatticeDesign
-from gradedesign.output.printed_lattice import PrintedLattice
-from gradedesign.output.read_back_3mf import read_back
-from gradedesign.output.write_3mf import BALLS, BEAMS, CORE, export_3mf_beams
-from gradedesign.part.box import box_surface
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.formats.printed_lattice import PrintedLattice
+from gradedesign.geometry.formats.read_back_3mf import read_back
+from gradedesign.geometry.formats.write_3mf import BALLS, BEAMS, CORE, export_3mf_beams
+from gradedesign.geometry.lattice.beams import beam_lattice
+from gradedesign.geometry.lattice.density_grid import DensityGrid
+from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.lattice import LatticeDesign
+from gradedesign.geometry.maps.cell_map import uniform_map
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.program.host.registry import build_registry
 
 CASE = """\
 [case]

@@ -8,11 +8,11 @@ from body_variants import variants
 from damaged_shapes import binary
 
 from gradedesign.errors import PartError
-from gradedesign.mesh.surface_mesh import area_vectors, enclosed_volume
-from gradedesign.part.raw_triangles import in_mm
-from gradedesign.part.read_stl import read_stl
-from gradedesign.part.repair import build_surface
-from gradedesign.part.signed_distance import surface_distance
+from gradedesign.geometry.formats.read_stl import read_stl
+from gradedesign.geometry.part.raw_triangles import in_mm
+from gradedesign.geometry.part.repair import build_surface
+from gradedesign.geometry.part.signed_distance import surface_distance
+from gradedesign.geometry.triangles.surface_mesh import area_vectors, enclosed_volume
 
 VARIANTS = {name: (bodies, corners) for name, bodies, corners in variants(41)}
 #: Corners are within 180 mm of the origin: single precision moves each by at most 2^-24 of that in

@@ -9,9 +9,9 @@ from scipy.ndimage import label
 from scipy.spatial.transform import Rotation
 
 from gradedesign.errors import PartError
-from gradedesign.mesh.surface_mesh import area_vectors, corner_points, enclosed_volume
-from gradedesign.part.box import box_surface
-from gradedesign.part.repair import build_surface
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.repair import build_surface
+from gradedesign.geometry.triangles.surface_mesh import area_vectors, corner_points, enclosed_volume
 
 SIDE = 7
 

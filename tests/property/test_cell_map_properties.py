@@ -4,12 +4,12 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gradedesign.cell.cell_map import frame_along, uniform_map
-from gradedesign.cell.cylindrical_map import cylindrical_map
-from gradedesign.cell.map_report import map_report
-from gradedesign.cell.phase_fields import graded_size_map
-from gradedesign.cell.spherical_map import spherical_map
-from gradedesign.cell.warp_map import MorphingSphere, warp_map
+from gradedesign.geometry.maps.cell_map import frame_along, uniform_map
+from gradedesign.geometry.maps.cylindrical_map import cylindrical_map
+from gradedesign.geometry.maps.map_report import map_report
+from gradedesign.geometry.maps.phase_fields import graded_size_map
+from gradedesign.geometry.maps.spherical_map import spherical_map
+from gradedesign.geometry.maps.warp_map import MorphingSphere, warp_map
 
 length = st.floats(1.0, 20.0)
 direction = st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda d: np.linalg.norm(d) > 0.1)

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.shape import grid_nodes
-from gradedesign.cell.wall_size import wall_mm
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.shape import grid_nodes
+from gradedesign.geometry.cell.wall_size import wall_mm
+from gradedesign.program.host.registry import build_registry
 
 REGISTRY = build_registry()
 

@@ -6,9 +6,9 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gradedesign.lattice.sample import grid_points
-from gradedesign.mesh.distance_grid import distance_grid
-from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.geometry.contour.sample import grid_points
+from gradedesign.geometry.triangles.distance_grid import distance_grid
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 N, LOWER, SPACING = 24, np.full(3, -1.84), 0.16
 

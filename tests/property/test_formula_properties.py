@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gradedesign.case.formula import evaluate_formula, parse_formula
+from gradedesign.common.values.formula import evaluate_formula, parse_formula
 from gradedesign.errors import CaseError
 
 POINT = {"x": 0.7, "y": -1.3, "z": 2.1, "d": 0.4}

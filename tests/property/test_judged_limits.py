@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_parts import box_part, held_bar
 
-from gradedesign.limits.row import LEAST_JUDGED
+from gradedesign.mechanics.limits.row import LEAST_JUDGED
 
 LATTICE = """
 [lattice]

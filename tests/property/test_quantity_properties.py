@@ -6,10 +6,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from gradedesign.case.quantity import parse_quantity
-from gradedesign.case.read_case import load_case
-from gradedesign.case.toml_lines import key_lines
-from gradedesign.case.units import DIMENSIONS
+from gradedesign.common.values.quantity import parse_quantity
+from gradedesign.common.values.toml_lines import key_lines
+from gradedesign.common.values.units import DIMENSIONS
+from gradedesign.design.case.read_case import load_case
 from gradedesign.errors import CaseError
 
 UNITS = [(name, unit) for name, d in DIMENSIONS.items() for unit in d.units]

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from remeshed_bores import Bore, corners_of
 
-from gradedesign.part.repair import build_surface
-from gradedesign.part.round_shapes import round_shapes
-from gradedesign.part.smooth_faces import segment_faces
+from gradedesign.geometry.part.repair import build_surface
+from gradedesign.geometry.part.round_shapes import round_shapes
+from gradedesign.geometry.part.smooth_faces import segment_faces
 
 SHAPES = ("plain", "rounded", "countersunk", "plain", "cone", "waist")
 

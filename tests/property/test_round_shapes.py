@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from remeshed_prism import arc, prism
 
-from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.part.repair import build_surface
-from gradedesign.part.round_shapes import round_shapes
-from gradedesign.part.smooth_faces import segment_faces
+from gradedesign.geometry.part.repair import build_surface
+from gradedesign.geometry.part.round_shapes import round_shapes
+from gradedesign.geometry.part.smooth_faces import segment_faces
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 SOLID, OUTLINE = manifold3d.Manifold, manifold3d.CrossSection
 #: Rounding to single precision, as a binary STL file holds it, beside sizes of some mm.

@@ -10,11 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gradedesign.errors import PartError
-from gradedesign.mesh.surface_mesh import corner_points, enclosed_volume, open_edge_count
-from gradedesign.part.box import box_surface
-from gradedesign.part.raw_triangles import in_mm, raw_triangles
-from gradedesign.part.read_stl import parse_stl
-from gradedesign.part.repair import build_surface
+from gradedesign.geometry.formats.read_stl import parse_stl
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.raw_triangles import in_mm, raw_triangles
+from gradedesign.geometry.part.repair import build_surface
+from gradedesign.geometry.triangles.surface_mesh import (
+    corner_points,
+    enclosed_volume,
+    open_edge_count,
+)
 
 BOX = corner_points(box_surface((10.0, 20.0, 30.0)))
 

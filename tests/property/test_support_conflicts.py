@@ -6,16 +6,16 @@ import numpy as np
 from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
-from gradedesign.case.load_schema import FixSpec
-from gradedesign.case.regions_schema import RegionSpec
+from gradedesign.design.resolve.support_conflicts import require_agreeing
 from gradedesign.errors import CaseError
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.supports import supports_on
-from gradedesign.part.box import box_surface
-from gradedesign.part.part_mesh import box_part_mesh, region_facets
-from gradedesign.part.regions import select_regions
-from gradedesign.part.smooth_faces import segment_faces
-from gradedesign.resolve.support_conflicts import require_agreeing
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.part_mesh import box_part_mesh, region_facets
+from gradedesign.geometry.part.regions import select_regions
+from gradedesign.geometry.part.regions_schema import RegionSpec
+from gradedesign.geometry.part.smooth_faces import segment_faces
+from gradedesign.mechanics.fe.load_schema import FixSpec
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.supports import supports_on
 
 BOX = (6.0, 4.0, 3.0)
 SURFACE = box_surface(BOX)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from support_variants import KINDS, support_variants
 
-from gradedesign.part.signed_distance import region_distance
-from gradedesign.part.singular_supports import singular_supports
-from gradedesign.resolve.symmetry import with_symmetry
+from gradedesign.design.resolve.symmetry import with_symmetry
+from gradedesign.geometry.part.signed_distance import region_distance
+from gradedesign.mechanics.fe.singular_supports import singular_supports
 
 
 @pytest.mark.parametrize("made", support_variants(20 * len(KINDS), 2027), ids=lambda v: v.words[:9])

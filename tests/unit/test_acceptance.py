@@ -7,29 +7,34 @@ import numpy as np
 import pytest
 from small_parts import zone_of
 
-from gradedesign.errors import LatticeError, MeshError, ResourceError
-from gradedesign.lattice.domain import DesignDomain, PassiveRegion
-from gradedesign.lattice.surface import extract_surface
-from gradedesign.material.material import Material
-from gradedesign.mesh.mesher import PYTETWILD
-from gradedesign.mesh.surface_mesh import enclosed_volume
-from gradedesign.mesh.tet_mesh import TetMesh
-from gradedesign.part.box import box_surface
-from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.verify import acceptance, meshed_anew
-from gradedesign.verify.acceptance import accept_submodels, accept_whole, choose_scope
-from gradedesign.verify.analysis import Discretisation, ExplicitAnalysis, Resolution, StressSample
-from gradedesign.verify.correction import Correction, discrepancy_between
-from gradedesign.verify.explicit import analyse_printed_solid, measured
-from gradedesign.verify.meshed_anew import mesh_anew
-from gradedesign.verify.printed_solid import PrintedSolid
-from gradedesign.verify.submodel import (
+from gradedesign.design.acceptance import acceptance, meshed_anew
+from gradedesign.design.acceptance.acceptance import accept_submodels, accept_whole, choose_scope
+from gradedesign.design.acceptance.meshed_anew import mesh_anew
+from gradedesign.design.acceptance.submodel import (
     _drive_factor,
     _force_discrepancy,
     _plane_forces,
     analyse_submodel,
 )
-from gradedesign.verify.submodel_choice import Submodel, submodel_box
+from gradedesign.design.acceptance.submodel_choice import Submodel, submodel_box
+from gradedesign.errors import LatticeError, MeshError, ResourceError
+from gradedesign.geometry.contour.surface import extract_surface
+from gradedesign.geometry.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.part_mesh import box_part_mesh
+from gradedesign.geometry.tets.mesher import PYTETWILD
+from gradedesign.geometry.tets.tet_mesh import TetMesh
+from gradedesign.geometry.triangles.surface_mesh import enclosed_volume
+from gradedesign.mechanics.explicit.analysis import (
+    Discretisation,
+    ExplicitAnalysis,
+    Resolution,
+    StressSample,
+)
+from gradedesign.mechanics.explicit.correction import Correction, discrepancy_between
+from gradedesign.mechanics.explicit.explicit import analyse_printed_solid, measured
+from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
+from gradedesign.mechanics.material.material import Material
 
 E, NU, ALPHA = 1000.0, 0.3, 1e-4
 SIDE, CELL = 12.0, 3.0

@@ -4,9 +4,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from gradedesign.case.schema import KeepSpec
-from gradedesign.limits.banded import Banded
-from gradedesign.results.summary import _acceptance_warnings
+from gradedesign.design.case.schema import KeepSpec
+from gradedesign.design.verdict.summary import _acceptance_warnings
+from gradedesign.mechanics.limits.banded import Banded
 
 FIRST = "all threads, surface simplified first: succeeded in 40.8 s"
 FAILED = "all threads, surface simplified first: the worker timed out after 30 s"

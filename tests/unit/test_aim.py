@@ -4,10 +4,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from gradedesign.limits.key import LimitKey
-from gradedesign.loop.iteration import MOST_ROOM, aim_of
-from gradedesign.loop.iteration_steps import TARGET
-from gradedesign.verify.correction import Discrepancy
+from gradedesign.design.loop.iteration import MOST_ROOM, aim_of
+from gradedesign.design.loop.iteration_steps import TARGET
+from gradedesign.mechanics.explicit.correction import Discrepancy
+from gradedesign.mechanics.limits.key import LimitKey
 
 KEY, OTHER = LimitKey(kind="displacement"), LimitKey(kind="displacement", region="other")
 

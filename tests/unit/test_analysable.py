@@ -6,27 +6,27 @@ import numpy as np
 import pytest
 from small_parts import box_part, held_bar
 
-from gradedesign.case.read_case import load_case
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.cell_surface import cell_surface
-from gradedesign.errors import ResourceError
-from gradedesign.layout.design_domain import design_domain
-from gradedesign.part.part import read_part
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.analysable import analysable_bounds, grid_spacing
-from gradedesign.resolve.least_density import Need, Needs
-from gradedesign.resolve.planned_solid import PlannedPart, planned_solid
-from gradedesign.resolve.registry import lookup
-from gradedesign.resolve.setup import prepare
-from gradedesign.verify.analysis import PlannedSolid
-from gradedesign.verify.finite_cells import FINITE_CELLS
-from gradedesign.verify.whole_resolution import (
+from gradedesign.design.acceptance.whole_resolution import (
     BESIDE_S,
     first_spacing,
     judged_seconds,
     seconds,
     whole_estimates,
 )
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.resolve.analysable import analysable_bounds, grid_spacing
+from gradedesign.design.resolve.least_density import Need, Needs
+from gradedesign.design.resolve.planned_solid import PlannedPart, planned_solid
+from gradedesign.design.resolve.registry import lookup
+from gradedesign.design.resolve.setup import prepare
+from gradedesign.errors import ResourceError
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.cell_surface import cell_surface
+from gradedesign.geometry.lattice.design_domain import design_domain
+from gradedesign.geometry.part.part import read_part
+from gradedesign.mechanics.explicit.analysis import PlannedSolid
+from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS
+from gradedesign.program.host.registry import build_registry
 
 CASE = (
     held_bar(

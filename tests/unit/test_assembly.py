@@ -18,18 +18,19 @@ from skfem import (
 from skfem.helpers import ddot, eye, sym_grad, trace
 
 from gradedesign.errors import SolverError
-from gradedesign.fe.assembly import (
+from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
+from gradedesign.mechanics.fe.assembly import (
     assemble,
     assembly_pattern,
     matvec,
     shape_gradients,
     strain_energy_per_element,
 )
-from gradedesign.fe.collapsed_rule import collapsed_rule
-from gradedesign.fe.element_points import barycentric
-from gradedesign.fe.loads import thermal_force
-from gradedesign.fe.space import TetSpace, skfem_mesh, tet_space
-from gradedesign.fe.stiffness import (
+from gradedesign.mechanics.fe.collapsed_rule import collapsed_rule
+from gradedesign.mechanics.fe.element_points import barycentric
+from gradedesign.mechanics.fe.loads import thermal_force
+from gradedesign.mechanics.fe.space import TetSpace, skfem_mesh, tet_space
+from gradedesign.mechanics.fe.stiffness import (
     AnisotropicStiffness,
     GaussStiffness,
     IsotropicStiffness,
@@ -39,9 +40,8 @@ from gradedesign.fe.stiffness import (
     pair_products,
     require_positive,
 )
-from gradedesign.fe.stress import element_stress
-from gradedesign.material.scaling_law import isotropic_stiffness
-from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
+from gradedesign.mechanics.fe.stress import element_stress
+from gradedesign.mechanics.material.scaling_law import isotropic_stiffness
 
 ELEMENTS = {1: ElementTetP1(), 2: ElementTetP2()}
 

@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from gradedesign.common.system import atomic
+from gradedesign.common.system.sealed import read_sealed, write_sealed
 from gradedesign.errors import CaseError, ResourceError
-from gradedesign.workspace import atomic
-from gradedesign.workspace.sealed import read_sealed, write_sealed
 
 
 def names(folder):
@@ -74,7 +74,7 @@ def test_a_killed_writer_leaves_old_content_and_a_recognisable_leftover(tmp_path
     atomic.write_bytes(path, b"old")
     program = (
         "import os, signal, sys, pathlib\n"
-        "from gradedesign.workspace.atomic import replacing\n"
+        "from gradedesign.common.system.atomic import replacing\n"
         "with replacing(pathlib.Path(sys.argv[1])) as handle:\n"
         "    handle.write(b'new'); handle.flush(); os.kill(os.getpid(), signal.SIGKILL)\n"
     )

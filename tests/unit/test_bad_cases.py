@@ -8,7 +8,7 @@ import os
 import pytest
 from small_parts import box_part, held_bar
 
-from gradedesign.case.read_case import load_case
+from gradedesign.design.case.read_case import load_case
 from gradedesign.errors import CaseError
 
 CASE = (

@@ -5,9 +5,9 @@ from dataclasses import asdict, replace
 import pytest
 
 from gradedesign.errors import CaseError
-from gradedesign.limits.banded import Banded, Residual, banded, observed_order
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.row import LimitRow, row_from_json
+from gradedesign.mechanics.limits.banded import Banded, Residual, banded, observed_order
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.row import LimitRow, row_from_json
 
 ORDERS = (0.75, 1.5, 3.0)
 

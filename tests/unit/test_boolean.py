@@ -3,9 +3,13 @@
 import pytest
 
 from gradedesign import MeshError
-from gradedesign.mesh.boolean import intersection
-from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume, open_edge_count
-from gradedesign.part.box import box_surface
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.triangles.boolean import intersection
+from gradedesign.geometry.triangles.surface_mesh import (
+    SurfaceMesh,
+    enclosed_volume,
+    open_edge_count,
+)
 
 BOX = box_surface((6.0, 4.0, 4.0))
 

@@ -10,38 +10,38 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gradedesign.case.limits_schema import LimitsSpec
-from gradedesign.cell.calibration import calibrate
 from gradedesign.errors import DensityError, PluginError, SolverError
-from gradedesign.fe.load_case import PartLoadCase
-from gradedesign.fe.loads import traction_force
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.supports import supports_on
-from gradedesign.homogenise import table as module
-from gradedesign.homogenise.critical_stress import CriticalStress
-from gradedesign.limits.cell_buckling import BucklingLimit, unknown_warning
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.limit import predicted_row
-from gradedesign.limits.local_stress import StressLimit
-from gradedesign.material.buckling_law import GROWTH_BEYOND, BucklingLaw
-from gradedesign.material.buckling_table import BucklingTable
-from gradedesign.material.law_field import LawField
-from gradedesign.material.material import Material
-from gradedesign.material.power_law import power_law
-from gradedesign.material.property_table import (
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.part.part_mesh import box_part_mesh
+from gradedesign.geometry.tets.tet_mesh import boundary_facets
+from gradedesign.mechanics.fe.load_case import PartLoadCase
+from gradedesign.mechanics.fe.loads import traction_force
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.supports import supports_on
+from gradedesign.mechanics.homogenise import table as module
+from gradedesign.mechanics.homogenise.critical_stress import CriticalStress
+from gradedesign.mechanics.limits.cell_buckling import BucklingLimit, unknown_warning
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.limit import predicted_row
+from gradedesign.mechanics.limits.limits_schema import LimitsSpec
+from gradedesign.mechanics.limits.local_stress import StressLimit
+from gradedesign.mechanics.material.buckling_law import GROWTH_BEYOND, BucklingLaw
+from gradedesign.mechanics.material.buckling_table import BucklingTable
+from gradedesign.mechanics.material.law_field import LawField
+from gradedesign.mechanics.material.material import Material
+from gradedesign.mechanics.material.power_law import power_law
+from gradedesign.mechanics.material.property_table import (
     PropertyTable,
     read_property_table,
     write_property_table,
 )
-from gradedesign.material.scaling_law import LawOrigin, isotropic_stiffness
-from gradedesign.material.tabulated_law import tabulated_law
-from gradedesign.mesh.tet_mesh import boundary_facets
-from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.plugin.registry import build_registry
-from gradedesign.sizing.filter import uniform_filter
-from gradedesign.sizing.homogenised_model import homogenised_model
-from gradedesign.sizing.size import SizingProblem, size
-from gradedesign.sizing.state import solved_state
+from gradedesign.mechanics.material.scaling_law import LawOrigin, isotropic_stiffness
+from gradedesign.mechanics.material.tabulated_law import tabulated_law
+from gradedesign.mechanics.sizing.filter import uniform_filter
+from gradedesign.mechanics.sizing.homogenised_model import homogenised_model
+from gradedesign.mechanics.sizing.size import SizingProblem, size
+from gradedesign.mechanics.sizing.state import solved_state
+from gradedesign.program.host.registry import build_registry
 
 DENSITY = np.array([0.05, 0.1, 0.2])
 

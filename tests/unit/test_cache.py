@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from gradedesign.common.system import cache
+from gradedesign.common.system.cache import content_key, load_arrays, store_arrays
 from gradedesign.errors import CaseError
-from gradedesign.workspace import cache
-from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 
 KEY = content_key("some question")
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from gradedesign import CaseError, CellFamily, DensityError, PluginError
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.cell_map import uniform_map
-from gradedesign.cell.shape import complete_parameters, evaluate_shape, grid_nodes
-from gradedesign.cell.wall_size import density_for_wall, wall_mm
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.shape import complete_parameters, evaluate_shape, grid_nodes
+from gradedesign.geometry.cell.wall_size import density_for_wall, wall_mm
+from gradedesign.geometry.maps.cell_map import uniform_map
 
 
 def waves(u, amplitude=1.0):

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from gradedesign.case.read_case import load_case
-from gradedesign.case.schema import CaseFile, Exclusion, schema_json
-from gradedesign.case.toml_lines import key_lines, line_of
+from gradedesign.common.values.toml_lines import key_lines, line_of
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.case.schema import CaseFile, Exclusion, schema_json
 
 #: The example of design.md, section 5, without the bolts (a box has none).
 CASE = """\

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from oracles.naive_size_map import naive_size_map
 
-from gradedesign.cell.cell_map import frame_along, require_regular, uniform_map
-from gradedesign.cell.conformal_map import conformal_map, layered_map
-from gradedesign.cell.cylindrical_map import cylindrical_map
-from gradedesign.cell.spherical_map import spherical_map
-from gradedesign.cell.warp_map import MorphingSphere, warp_map
 from gradedesign.errors import CaseError, LatticeError
+from gradedesign.geometry.maps.cell_map import frame_along, require_regular, uniform_map
+from gradedesign.geometry.maps.conformal_map import conformal_map, layered_map
+from gradedesign.geometry.maps.cylindrical_map import cylindrical_map
+from gradedesign.geometry.maps.spherical_map import spherical_map
+from gradedesign.geometry.maps.warp_map import MorphingSphere, warp_map
 
 TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 

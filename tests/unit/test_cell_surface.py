@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.cell_surface import cell_surface
-from gradedesign.cell.family import CellFamily
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.cell_surface import cell_surface
+from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.program.host.registry import build_registry
 
 
 @dataclass(eq=False)

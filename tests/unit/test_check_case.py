@@ -7,20 +7,20 @@ from pathlib import Path
 import pytest
 from small_parts import WALLS, box_part, finned_block, held_bar
 
-from gradedesign.case.read_case import load_case
-from gradedesign.cli import check as check_module
-from gradedesign.cli import main
-from gradedesign.cli.check import print_check
-from gradedesign.cli.check_data import check_data
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.resolve import part_tets as mesh_module
+from gradedesign.design.resolve import resolve_law as law_module
+from gradedesign.design.resolve.setup import prepare
 from gradedesign.errors import CaseError, ResourceError
-from gradedesign.material.power_law import power_law
-from gradedesign.material.scaling_law import LawOrigin
-from gradedesign.output.write_stl import write_stl
-from gradedesign.part.box import box_surface
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve import part_tets as mesh_module
-from gradedesign.resolve import resolve_law as law_module
-from gradedesign.resolve.setup import prepare
+from gradedesign.geometry.formats.write_stl import write_stl
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.mechanics.material.power_law import power_law
+from gradedesign.mechanics.material.scaling_law import LawOrigin
+from gradedesign.program.commands import check as check_module
+from gradedesign.program.commands import main
+from gradedesign.program.commands.check import print_check
+from gradedesign.program.commands.check_data import check_data
+from gradedesign.program.host.registry import build_registry
 
 OWN = 'youngs_modulus = "110 GPa"\npoissons_ratio = 0.3\ndensity = "5 g/cm^3"'
 CASE = (
@@ -88,7 +88,7 @@ def read(folder, text):
 
 
 def checked(folder, text, registry):
-    from gradedesign.check.check_case import check_case
+    from gradedesign.design.check.check_case import check_case
 
     return check_case(read(folder, text), registry)
 

@@ -5,12 +5,12 @@ import pytest
 import trimesh
 
 from gradedesign.errors import LatticeError
-from gradedesign.lattice.surface import extract_surface
-from gradedesign.mesh import chord_tolerance
-from gradedesign.mesh.chord_tolerance import within_chord
-from gradedesign.mesh.closest import build_triangle_tree, closest_features
-from gradedesign.mesh.crossings import TOUCHING, crossing_triangles
-from gradedesign.mesh.surface_mesh import (
+from gradedesign.geometry.contour.surface import extract_surface
+from gradedesign.geometry.triangles import chord_tolerance
+from gradedesign.geometry.triangles.chord_tolerance import within_chord
+from gradedesign.geometry.triangles.closest import build_triangle_tree, closest_features
+from gradedesign.geometry.triangles.crossings import TOUCHING, crossing_triangles
+from gradedesign.geometry.triangles.surface_mesh import (
     SurfaceMesh,
     corner_points,
     enclosed_volume,

@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gradedesign.mesh.surface_mesh import corner_points
-from gradedesign.part.box import box_surface
-from gradedesign.part.chords import chords
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.chords import chords
+from gradedesign.geometry.triangles.surface_mesh import corner_points
 
 AXES = Rotation.from_euler("XYZ", (20, -35, 50), degrees=True).as_matrix()
 

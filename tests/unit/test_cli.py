@@ -15,11 +15,6 @@ import pytest
 import trimesh
 
 import gradedesign
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cli import lists as list_module
-from gradedesign.cli import loading
-from gradedesign.cli import run as run_module
-from gradedesign.cli.run import holds_only_a_failure
 from gradedesign.errors import (
     CaseError,
     DensityError,
@@ -31,8 +26,13 @@ from gradedesign.errors import (
     ResourceError,
     SolverError,
 )
-from gradedesign.loop.stages import default_folder
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.program.commands import lists as list_module
+from gradedesign.program.commands import loading
+from gradedesign.program.commands import run as run_module
+from gradedesign.program.commands.run import holds_only_a_failure
+from gradedesign.program.host.registry import build_registry
+from gradedesign.program.store.stages import default_folder
 
 CASES = Path(__file__).parents[2] / "cases"
 
@@ -332,11 +332,11 @@ def test_help_loads_no_computation(here):
     """It has to come at once, so it may not wait for numpy, numba or scikit-fem."""
     program = """
 import sys
-from gradedesign.cli import main
+from gradedesign.program.commands import main
 try:
     main(["--help"])
 except SystemExit:
-    loaded = {"numpy", "numba", "skfem", "pydantic", "gradedesign.case"} & set(sys.modules)
+    loaded = {"numpy", "numba", "skfem", "pydantic", "gradedesign.design.case"} & set(sys.modules)
     print("loaded:", sorted(loaded))
 """
     words = [sys.executable, "-c", program]
@@ -441,7 +441,7 @@ def test_loading_that_takes_long_is_told(cli, monkeypatch, options):
 
     monkeypatch.setattr(run_module, "run", command)
     # The text is read before anything is loaded.
-    monkeypatch.setattr("gradedesign.cli.app.require_case_text", lambda *_, **__: None)
+    monkeypatch.setattr("gradedesign.program.commands.app.require_case_text", lambda *_, **__: None)
     ended = cli("run", "case", *options)
     told, silent = (ended.err, ended.out) if options else (ended.out, ended.err)
     lines = told.splitlines()
@@ -453,7 +453,7 @@ def test_loading_that_takes_long_is_told(cli, monkeypatch, options):
 def test_the_end_of_a_command_looks_for_no_cycles():
     """The last look through all objects is most of the time between the last line and the end."""
     code = (
-        "import atexit, gc, sys; from gradedesign.cli import main; "
+        "import atexit, gc, sys; from gradedesign.program.commands import main; "
         "atexit.register(lambda: print('frozen', gc.get_freeze_count() > 10_000)); "
         "main(['--version'])"
     )

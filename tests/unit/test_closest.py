@@ -6,7 +6,11 @@ import pytest
 import trimesh
 
 from gradedesign.errors import MeshError
-from gradedesign.mesh.closest import build_triangle_tree, closest_features, closest_triangles
+from gradedesign.geometry.triangles.closest import (
+    build_triangle_tree,
+    closest_features,
+    closest_triangles,
+)
 
 
 def segment_distance(p, a, b):

@@ -6,23 +6,23 @@ import numpy as np
 import pytest
 
 import gradedesign
-from gradedesign.fe.load_case import PartLoadCase
-from gradedesign.fe.loads import traction_force
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.supports import supports_on
-from gradedesign.limits.compliance import ComplianceLimit
-from gradedesign.limits.key import LimitKey
-from gradedesign.material.material import Material
-from gradedesign.material.power_law import power_law
-from gradedesign.material.scaling_law import LawOrigin
-from gradedesign.mesh.tet_mesh import boundary_facets
-from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.sizing.filter import uniform_filter
-from gradedesign.sizing.homogenised import homogenised_system
-from gradedesign.sizing.homogenised_model import homogenised_model
-from gradedesign.sizing.responses import response_gradients, solve_adjoints
-from gradedesign.sizing.size import SizingProblem, size
-from gradedesign.sizing.state import solved_state
+from gradedesign.geometry.part.part_mesh import box_part_mesh
+from gradedesign.geometry.tets.tet_mesh import boundary_facets
+from gradedesign.mechanics.fe.load_case import PartLoadCase
+from gradedesign.mechanics.fe.loads import traction_force
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.supports import supports_on
+from gradedesign.mechanics.limits.compliance import ComplianceLimit
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.material.material import Material
+from gradedesign.mechanics.material.power_law import power_law
+from gradedesign.mechanics.material.scaling_law import LawOrigin
+from gradedesign.mechanics.sizing.filter import uniform_filter
+from gradedesign.mechanics.sizing.homogenised import homogenised_system
+from gradedesign.mechanics.sizing.homogenised_model import homogenised_model
+from gradedesign.mechanics.sizing.responses import response_gradients, solve_adjoints
+from gradedesign.mechanics.sizing.size import SizingProblem, size
+from gradedesign.mechanics.sizing.state import solved_state
 
 # Poisson's ratio 0: a pulled bar is in uniaxial stress although its root is held.
 LAW = power_law(

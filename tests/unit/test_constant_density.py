@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from gradedesign import DensityError, power_law
-from gradedesign.material.constant_density import (
+from gradedesign.mechanics.material.constant_density import (
     density_for_stiffness,
     density_for_strength,
 )
-from gradedesign.material.density_from_stress import density_from_stress
-from gradedesign.material.scaling_law import LawOrigin
+from gradedesign.mechanics.material.density_from_stress import density_from_stress
+from gradedesign.mechanics.material.scaling_law import LawOrigin
 
 NOTES = LawOrigin(kind="fe", source="tables 4.1 and 4.2", test="4x4x4 cells")
 P = power_law(

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from gradedesign.limits.key import LimitKey
-from gradedesign.verify.correction import (
+from gradedesign.mechanics.explicit.correction import (
     Discrepancy,
     damped,
     damping_for,
@@ -14,6 +13,7 @@ from gradedesign.verify.correction import (
     stiffness_exponent,
     stiffness_update,
 )
+from gradedesign.mechanics.limits.key import LimitKey
 
 FIRST, SECOND, THIRD = (LimitKey(kind="displacement", region=name) for name in "abc")
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gradedesign.lattice.surface import boxed_grid, extract_surface
-from gradedesign.mesh import crossings, triangle_cells
-from gradedesign.mesh.crossings import crossing_triangles
-from gradedesign.mesh.surface_mesh import corner_points
-from gradedesign.mesh.triangle_cells import CellGrid
-from gradedesign.mesh.winding import winding_numbers, winding_volumes
-from gradedesign.part.box import box_surface
+from gradedesign.geometry.contour.surface import boxed_grid, extract_surface
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.triangles import crossings, triangle_cells
+from gradedesign.geometry.triangles.crossings import crossing_triangles
+from gradedesign.geometry.triangles.surface_mesh import corner_points
+from gradedesign.geometry.triangles.triangle_cells import CellGrid
+from gradedesign.geometry.triangles.winding import winding_numbers, winding_volumes
 
 BOX = box_surface((10.0, 10.0, 10.0))
 CORNERS = corner_points(BOX)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from gradedesign.lattice import trim
-from gradedesign.lattice._side_kernels import (
+from gradedesign.geometry.contour._side_kernels import (
     BESIDE,
     BEYOND,
     DEEP,
@@ -14,14 +13,15 @@ from gradedesign.lattice._side_kernels import (
     meets_box,
     take_out_edges,
 )
-from gradedesign.lattice.cube_sides import CLEARANCE, cube_sides, where_wanted
-from gradedesign.lattice.domain import DesignDomain
-from gradedesign.lattice.lattice import LatticeDesign, lattice_field, uncut_field
-from gradedesign.lattice.surface import extract_surface
-from gradedesign.mesh._surface_mesh_kernels import corners_of_box
-from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
-from gradedesign.part.box import box_surface
-from gradedesign.part.signed_distance import surface_distance
+from gradedesign.geometry.contour.surface import extract_surface
+from gradedesign.geometry.lattice import trim
+from gradedesign.geometry.lattice.cube_sides import CLEARANCE, cube_sides, where_wanted
+from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field, uncut_field
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.signed_distance import surface_distance
+from gradedesign.geometry.triangles._surface_mesh_kernels import corners_of_box
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
 
 
 def clipped_is_left(triangle, low, high):

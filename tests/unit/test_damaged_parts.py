@@ -18,10 +18,10 @@ import pytest
 from damaged_shapes import ANNULUS, binary, corners_of, cube, ring, rod, swept, text
 
 from gradedesign.errors import PartError
-from gradedesign.mesh.surface_mesh import enclosed_volume
-from gradedesign.part.raw_triangles import in_mm
-from gradedesign.part.read_stl import read_stl
-from gradedesign.part.repair import build_surface
+from gradedesign.geometry.formats.read_stl import read_stl
+from gradedesign.geometry.part.raw_triangles import in_mm
+from gradedesign.geometry.part.repair import build_surface
+from gradedesign.geometry.triangles.surface_mesh import enclosed_volume
 
 COUNT = 1000
 #: A volume this far off, told or not, is wrong.

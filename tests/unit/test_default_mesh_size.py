@@ -4,9 +4,9 @@ import pytest
 from small_parts import box_part, held_bar
 
 from gradedesign import load_case, run
-from gradedesign.part.part import read_part
-from gradedesign.resolve.default_mesh_size import LEAST_DOFS, MOST_DOFS, with_mesh_size
-from gradedesign.resolve.predicted_part_mesh import predicted_part_dofs
+from gradedesign.design.resolve.default_mesh_size import LEAST_DOFS, MOST_DOFS, with_mesh_size
+from gradedesign.design.resolve.predicted_part_mesh import predicted_part_dofs
+from gradedesign.geometry.part.part import read_part
 
 
 def case_of(folder, edges, cell, more=""):

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from gradedesign import CellFamily
-from gradedesign.cell.cell_map import uniform_map
 from gradedesign.errors import ResourceError
-from gradedesign.lattice.domain import DesignDomain, PassiveRegion
-from gradedesign.mesh.tet_mesh import centroids
-from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.size_effects import density_beside_passive as module
-from gradedesign.size_effects.density_beside_passive import density_beside_passive
-from gradedesign.sizing.effective_density import EffectiveDensity
+from gradedesign.geometry.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.geometry.maps.cell_map import uniform_map
+from gradedesign.geometry.part.part_mesh import box_part_mesh
+from gradedesign.geometry.tets.tet_mesh import centroids
+from gradedesign.mechanics.sizing import density_beside_passive as module
+from gradedesign.mechanics.sizing.density_beside_passive import density_beside_passive
+from gradedesign.mechanics.sizing.effective_density import EffectiveDensity
 
 
 def test_held_density_its_slope_and_its_inverse():

@@ -5,12 +5,12 @@ import pytest
 from scipy.interpolate import RegularGridInterpolator
 
 from gradedesign.errors import DensityError
-from gradedesign.lattice.density_grid import (
+from gradedesign.geometry.lattice.density_grid import (
     DensityGrid,
     density_grid_from_elements,
     evaluate,
 )
-from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
+from gradedesign.geometry.tets.tet_mesh import TetMesh, centroids, signed_volumes
 
 
 def box_mesh(size, counts):

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from gradedesign import CellFamily
-from gradedesign.case.read_generate import load_generate_case
-from gradedesign.generate import generate_files
-from gradedesign.generate.density_warnings import BesideCells, density_warnings
-from gradedesign.lattice.domain import DesignDomain
-from gradedesign.lattice.slab_density import SlabDensities
+from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.slab_density import SlabDensities
+from gradedesign.program.generate import generate_files
+from gradedesign.program.generate.density_warnings import BesideCells, density_warnings
 
 CASE = """\
 [case]

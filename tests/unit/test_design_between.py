@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.row import LimitRow
-from gradedesign.loop.design_between import design_between
+from gradedesign.design.loop.design_between import design_between
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.row import LimitRow
 
 PULL, SIDE = (LimitKey(kind="displacement", region=region) for region in ("tip", "side"))
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter, map_coordinates
 
-from gradedesign.lattice import surface as surfaces
-from gradedesign.lattice._diagonal_kernels import _slopes, opposite_triangles
-from gradedesign.lattice._side_kernels import DEEP, NEAR, take_out_edges
-from gradedesign.lattice._surface_kernels import unpaired_edges
-from gradedesign.lattice.surface import boxed_grid, contour, extract_surface
-from gradedesign.mesh.crossings import crossing_triangles
+from gradedesign.geometry.contour import surface as surfaces
+from gradedesign.geometry.contour._diagonal_kernels import _slopes, opposite_triangles
+from gradedesign.geometry.contour._side_kernels import DEEP, NEAR, take_out_edges
+from gradedesign.geometry.contour._surface_kernels import unpaired_edges
+from gradedesign.geometry.contour.surface import boxed_grid, contour, extract_surface
+from gradedesign.geometry.triangles.crossings import crossing_triangles
 
 
 def unflipped(monkeypatch):

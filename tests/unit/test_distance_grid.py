@@ -6,14 +6,14 @@ import trimesh
 
 import gradedesign
 from gradedesign.errors import MeshError
-from gradedesign.lattice.sample import grid_points
-from gradedesign.mesh._fast_winding_kernels import winding
-from gradedesign.mesh.closest import build_triangle_tree
-from gradedesign.mesh.distance_grid import distance_bricks, distance_grid
-from gradedesign.mesh.fast_winding import agreeing, winding_tree
-from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
-from gradedesign.mesh.winding import winding_numbers
-from gradedesign.part.box import box_surface
+from gradedesign.geometry.contour.sample import grid_points
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.triangles._fast_winding_kernels import winding
+from gradedesign.geometry.triangles.closest import build_triangle_tree
+from gradedesign.geometry.triangles.distance_grid import distance_bricks, distance_grid
+from gradedesign.geometry.triangles.fast_winding import agreeing, winding_tree
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
+from gradedesign.geometry.triangles.winding import winding_numbers
 
 SHAPE, LOWER, SPACING = (21, 17, 27), np.array([-1.6, -1.3, -2.1]), 0.157
 

@@ -12,14 +12,14 @@ from pydantic import TypeAdapter
 
 import gradedesign
 from gradedesign import load_case
-from gradedesign.case.generate_schema import GenerateFile
-from gradedesign.case.limits_schema import with_limit_entries
-from gradedesign.case.schema import CaseFile, schema_json
-from gradedesign.case.table import Table
-from gradedesign.cli.app import app
-from gradedesign.cli.validate import read_expected
-from gradedesign.plugin import hookspecs
-from gradedesign.plugin.read_case import entries_of
+from gradedesign.common.values.table import Table
+from gradedesign.design.case.generate_schema import GenerateFile
+from gradedesign.design.case.schema import CaseFile, schema_json
+from gradedesign.mechanics.limits.limits_schema import with_limit_entries
+from gradedesign.program.commands.app import app
+from gradedesign.program.commands.validate import read_expected
+from gradedesign.program.host import hookspecs
+from gradedesign.program.host.read_case import entries_of
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

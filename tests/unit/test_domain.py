@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gradedesign.lattice.domain import (
+from gradedesign.geometry.lattice.domain import (
     KEPT,
     LATTICE,
     SKIN,
@@ -13,9 +13,9 @@ from gradedesign.lattice.domain import (
     passive_at,
     phase_at,
 )
-from gradedesign.lattice.skin import Skin
-from gradedesign.part.box import box_surface
-from gradedesign.part.signed_distance import surface_distance
+from gradedesign.geometry.lattice.skin import Skin
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.signed_distance import surface_distance
 
 SIZE = (12.0, 8.0, 8.0)
 #: Along x, 4 mm from the nearest face across: passive to 3 mm, skin from 11 mm.

@@ -5,20 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gradedesign.case.read_generate import load_generate_case
+from gradedesign.design.case.read_generate import load_generate_case
 from gradedesign.errors import CaseError, ResourceError
-from gradedesign.lattice import closed_voids as module
-from gradedesign.lattice.closed_voids import closed_voids
-from gradedesign.lattice.domain import DesignDomain
-from gradedesign.lattice.drain import Drain, drain_value
-from gradedesign.lattice.lattice import LatticeDesign, lattice_field
-from gradedesign.lattice.skin import Skin
-from gradedesign.layout.design_domain import design_domain
-from gradedesign.layout.drains import drain_warnings, drained
-from gradedesign.layout.skin_room import skin_warnings
-from gradedesign.part.box import box_surface
-from gradedesign.part.part import read_part
-from gradedesign.part.signed_distance import surface_distance
+from gradedesign.geometry.lattice import closed_voids as module
+from gradedesign.geometry.lattice.closed_voids import closed_voids
+from gradedesign.geometry.lattice.design_domain import design_domain
+from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.drain import Drain, drain_value
+from gradedesign.geometry.lattice.drains import drain_warnings, drained
+from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
+from gradedesign.geometry.lattice.skin import Skin
+from gradedesign.geometry.lattice.skin_room import skin_warnings
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.part import read_part
+from gradedesign.geometry.part.signed_distance import surface_distance
 
 CASE = """\
 [case]

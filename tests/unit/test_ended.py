@@ -6,16 +6,22 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.row import LimitRow
-from gradedesign.loop import saturation
-from gradedesign.loop.ended import TIGHT_END, Ended, enclosed_end
-from gradedesign.loop.saturation import density_gain, needy_at_bound, never_held, sentence
-from gradedesign.output.result import Iteration, LimitIteration, RunResult, as_json, from_json
-from gradedesign.results import summary
-from gradedesign.results.files import write_result
-from gradedesign.results.finished import finished_result
-from gradedesign.workspace.run_folder import open_run_folder
+from gradedesign.design.loop import saturation
+from gradedesign.design.loop.ended import TIGHT_END, Ended, enclosed_end
+from gradedesign.design.loop.saturation import density_gain, needy_at_bound, never_held, sentence
+from gradedesign.design.verdict import summary
+from gradedesign.design.verdict.result import (
+    Iteration,
+    LimitIteration,
+    RunResult,
+    as_json,
+    from_json,
+)
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.program.outputs.files import write_result
+from gradedesign.program.outputs.finished import finished_result
+from gradedesign.program.store.run_folder import open_run_folder
 
 BY_TIME = Ended(
     by="time", words="[run] time of 1200 s ended the run after 2 iterations; 300 s more"

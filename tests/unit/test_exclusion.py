@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from small_parts import box_part, held_bar, zone_of
 
-from gradedesign.limits.local_stress import KIND, share_warnings
-from gradedesign.resolve.exclusion import exclusion_data
-from gradedesign.results.acceptance_data import stress_ratios
-from gradedesign.verify.exclusion import exclusion_zone
-from gradedesign.verify.measures import stress_measures
+from gradedesign.design.resolve.exclusion import exclusion_data
+from gradedesign.design.verdict.acceptance_data import stress_ratios
+from gradedesign.mechanics.explicit.exclusion import exclusion_zone
+from gradedesign.mechanics.explicit.measures import stress_measures
+from gradedesign.mechanics.limits.local_stress import KIND, share_warnings
 
 CASE = (
     held_bar(box_part(30, 10, 10, 5), name="block")

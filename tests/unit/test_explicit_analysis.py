@@ -8,19 +8,19 @@ import pytest
 from small_parts import box_part, held_bar
 
 import gradedesign
+from gradedesign.design.resolve.explicit_analysis import explicit_analysis
+from gradedesign.design.resolve.resolved_case import resolve_case
 from gradedesign.errors import CaseError, PluginError
-from gradedesign.fe.solution import Balance
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.stress import von_mises
-from gradedesign.material.material import Material
-from gradedesign.mesh.tet_mesh import boundary_facets
-from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.explicit_analysis import explicit_analysis
-from gradedesign.resolve.resolved_case import resolve_case
-from gradedesign.verify.analysis import Discretisation, ExplicitAnalysis, PlannedSolid
-from gradedesign.verify.finite_cells import FINITE_CELLS
-from gradedesign.verify.tet_fields import TetFields
+from gradedesign.geometry.part.part_mesh import box_part_mesh
+from gradedesign.geometry.tets.tet_mesh import boundary_facets
+from gradedesign.mechanics.explicit.analysis import Discretisation, ExplicitAnalysis, PlannedSolid
+from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS
+from gradedesign.mechanics.explicit.tet_fields import TetFields
+from gradedesign.mechanics.fe.solution import Balance
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.stress import von_mises
+from gradedesign.mechanics.material.material import Material
+from gradedesign.program.host.registry import build_registry
 
 CASE = (
     held_bar(box_part(30, 10, 10, 5), name="block")

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.family import CellFamily
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.registry import lookup
-from gradedesign.verify.grid_resolution import (
+from gradedesign.design.resolve.registry import lookup
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.mechanics.explicit.grid_resolution import (
     PER_SHEET,
     PER_STRUT,
     curvature_over_width,
     elements_per_wall,
 )
+from gradedesign.program.host.registry import build_registry
 
 
 def round_struts(u):

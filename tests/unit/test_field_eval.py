@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from gradedesign.fe.field_eval import interpolate
-from gradedesign.fe.space import tet_space
-from gradedesign.mesh.tet_mesh import TetMesh
+from gradedesign.geometry.tets.tet_mesh import TetMesh
+from gradedesign.mechanics.fe.field_eval import interpolate
+from gradedesign.mechanics.fe.space import tet_space
 
 MESH = TetMesh(  # two tets that share a face
     points=np.array([[0.0, 2, 0.3, 0.1, 1.5], [0, 0.2, 1.8, 0.4, 1.6], [0, -0.1, 0.2, 1.3, 1.9]]),

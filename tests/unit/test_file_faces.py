@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from gradedesign.case.regions_schema import RegionSpec
 from gradedesign.errors import CaseError, PartError
-from gradedesign.mesh.surface_mesh import corner_points
-from gradedesign.part.box import box_surface
-from gradedesign.part.exact_faces import exact_faces
-from gradedesign.part.exact_surface import ExactSurface
-from gradedesign.part.file_faces import NO_FACE, FileFaces, carried
-from gradedesign.part.raw_triangles import in_mm, raw_triangles
-from gradedesign.part.regions import select_regions
-from gradedesign.part.repair import build_surface
-from gradedesign.part.smooth_faces import segment_faces
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.exact_faces import exact_faces
+from gradedesign.geometry.part.exact_surface import ExactSurface
+from gradedesign.geometry.part.file_faces import NO_FACE, FileFaces, carried
+from gradedesign.geometry.part.raw_triangles import in_mm, raw_triangles
+from gradedesign.geometry.part.regions import select_regions
+from gradedesign.geometry.part.regions_schema import RegionSpec
+from gradedesign.geometry.part.repair import build_surface
+from gradedesign.geometry.part.smooth_faces import segment_faces
+from gradedesign.geometry.triangles.surface_mesh import corner_points
 
 BOX = corner_points(box_surface((10.0, 20.0, 30.0)))
 #: Number 10 x axis + side, as 0 for x = 0, 1 for x = 10, 10 for y = 0.

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from gradedesign.case.read_generate import load_generate_case
+from gradedesign.design.case.read_generate import load_generate_case
 from gradedesign.errors import CaseError, ResourceError
-from gradedesign.generate.generate import generate
-from gradedesign.lattice.domain import SKIN, phase_at
-from gradedesign.lattice.lattice import LatticeDesign, lattice_field
-from gradedesign.layout.design_domain import design_domain
-from gradedesign.part.part import read_part
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.lattice.design_domain import design_domain
+from gradedesign.geometry.lattice.domain import SKIN, phase_at
+from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
+from gradedesign.geometry.part.part import read_part
+from gradedesign.program.generate.generate import generate
+from gradedesign.program.host.registry import build_registry
 
 EDGES = np.array([20.0, 12.0, 12.0])
 CASE = """\

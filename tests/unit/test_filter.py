@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gradedesign import DensityError
-from gradedesign.sizing import filter as module
-from gradedesign.sizing.filter import collected, cone_filter, filtered, uniform_filter
+from gradedesign.mechanics.sizing import filter as module
+from gradedesign.mechanics.sizing.filter import collected, cone_filter, filtered, uniform_filter
 
 
 def _cloud(count: int = 200) -> tuple[np.ndarray, np.ndarray]:

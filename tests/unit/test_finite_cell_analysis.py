@@ -6,20 +6,20 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gradedesign.case.load_schema import FixSpec, LoadCaseSpec, LoadSpec
 from gradedesign.errors import LatticeError, ResourceError
-from gradedesign.lattice.domain import DesignDomain
-from gradedesign.lattice.lattice import LatticeDesign
-from gradedesign.lattice.skin import Skin
-from gradedesign.lattice.surface import extract_surface
-from gradedesign.material.material import Material
-from gradedesign.mesh.surface_mesh import enclosed_volume
-from gradedesign.output.vtu import write_vtu
-from gradedesign.part.regions import Region
-from gradedesign.verify import bricks_within_budget
-from gradedesign.verify.analysis import PlannedSolid, Resolution
-from gradedesign.verify.finite_cells import FINITE_CELLS, solve_finite_cells
-from gradedesign.verify.printed_solid import PrintedSolid
+from gradedesign.geometry.contour.surface import extract_surface
+from gradedesign.geometry.formats.vtu import write_vtu
+from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.lattice import LatticeDesign
+from gradedesign.geometry.lattice.skin import Skin
+from gradedesign.geometry.part.regions import Region
+from gradedesign.geometry.triangles.surface_mesh import enclosed_volume
+from gradedesign.mechanics.explicit import bricks_within_budget
+from gradedesign.mechanics.explicit.analysis import PlannedSolid, Resolution
+from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS, solve_finite_cells
+from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
+from gradedesign.mechanics.fe.load_schema import FixSpec, LoadCaseSpec, LoadSpec
+from gradedesign.mechanics.material.material import Material
 
 BOX = np.array([4.0, 2.0, 1.0])
 STEEL = Material(

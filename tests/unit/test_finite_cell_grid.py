@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import CaseError, LatticeError
-from gradedesign.finite_cell import Plane
-from gradedesign.finite_cell.basis import gauss_places, gauss_weights
-from gradedesign.finite_cell.elements import cut_elements, solid_volume
-from gradedesign.finite_cell.grid import fit_grid
-from gradedesign.finite_cell.space import brick_space
-from gradedesign.finite_cell.surface import element_table, locate
+from gradedesign.mechanics.finite_cell import Plane
+from gradedesign.mechanics.finite_cell.basis import gauss_places, gauss_weights
+from gradedesign.mechanics.finite_cell.elements import cut_elements, solid_volume
+from gradedesign.mechanics.finite_cell.grid import fit_grid
+from gradedesign.mechanics.finite_cell.space import brick_space
+from gradedesign.mechanics.finite_cell.surface import element_table, locate
 
 
 def ball(points):

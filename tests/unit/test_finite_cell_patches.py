@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from gradedesign.finite_cell._patch_kernels import add_patches, invert_factors
-from gradedesign.finite_cell.patches import SHIFT
+from gradedesign.mechanics.finite_cell._patch_kernels import add_patches, invert_factors
+from gradedesign.mechanics.finite_cell.patches import SHIFT
 
 #: Unknowns of a patch of all 27 nodes of an element.
 WIDTH = 81

@@ -3,12 +3,17 @@
 import numpy as np
 import pytest
 
-from gradedesign.finite_cell.basis import gauss_places, gradients_at, shapes_at
-from gradedesign.finite_cell.elements import cut_elements, solid_fraction, solid_volume
-from gradedesign.finite_cell.grid import fit_grid
-from gradedesign.finite_cell.recovery import WELL_FILLED, recovered_stress
-from gradedesign.finite_cell.space import brick_space
-from gradedesign.finite_cell.stress import displacement_at, points_of, solid_parts, solid_points
+from gradedesign.mechanics.finite_cell.basis import gauss_places, gradients_at, shapes_at
+from gradedesign.mechanics.finite_cell.elements import cut_elements, solid_fraction, solid_volume
+from gradedesign.mechanics.finite_cell.grid import fit_grid
+from gradedesign.mechanics.finite_cell.recovery import WELL_FILLED, recovered_stress
+from gradedesign.mechanics.finite_cell.space import brick_space
+from gradedesign.mechanics.finite_cell.stress import (
+    displacement_at,
+    points_of,
+    solid_parts,
+    solid_points,
+)
 
 LAME, EXPANSION = (120e3, 80e3), 2e-4
 

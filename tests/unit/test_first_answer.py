@@ -6,12 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gradedesign.check import first_answer
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.row import LimitRow
-from gradedesign.material.power_law import power_law
-from gradedesign.material.scaling_law import LawOrigin
-from gradedesign.plugin.registry import build_registry
+from gradedesign.design.check import first_answer
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.mechanics.material.power_law import power_law
+from gradedesign.mechanics.material.scaling_law import LawOrigin
+from gradedesign.program.host.registry import build_registry
 
 #: A bar in tension, so that solid displacement and stress follow from F, A, L and E.
 CASE = """\
@@ -106,7 +106,7 @@ def test_the_sizing_is_of_the_setup_that_knows_its_walls(cli, tmp_path, monkeypa
     # Walls themselves are computed in test_size_effects.py; here they would take a minute.
     asked = []
     monkeypatch.setattr(
-        "gradedesign.check.first_answer.with_size_effects", lambda s: asked.append(s) or s
+        "gradedesign.design.check.first_answer.with_size_effects", lambda s: asked.append(s) or s
     )
     assert answer(cli, tmp_path, 3000, size_effects=True)["sized"]["mass_g"] > 0
     assert len(asked) == 1

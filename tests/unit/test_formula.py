@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gradedesign.case.formula import DEEPEST, LONGEST, evaluate_formula, parse_formula
+from gradedesign.common.values.formula import DEEPEST, LONGEST, evaluate_formula, parse_formula
 from gradedesign.errors import CaseError
 
 

@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gradedesign.case.read_generate import load_generate_case
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.formula_cell import formula_cell
+from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.design.resolve.own_cell import with_own_cell
 from gradedesign.errors import CaseError, PluginError
-from gradedesign.generate.generate import generate
-from gradedesign.homogenise.cell_properties import cell_properties
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.own_cell import with_own_cell
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.formula_cell import formula_cell
+from gradedesign.mechanics.homogenise.cell_properties import cell_properties
+from gradedesign.program.generate.generate import generate
+from gradedesign.program.host.registry import build_registry
 
 GYROID = "sin(2*pi*x)*cos(2*pi*y) + sin(2*pi*y)*cos(2*pi*z) + sin(2*pi*z)*cos(2*pi*x)"
 P = "cos(2*pi*x) + cos(2*pi*y) + cos(2*pi*z)"

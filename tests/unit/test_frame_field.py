@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gradedesign.cell.frame_field import frame_field, principal_angle
 from gradedesign.errors import CaseError, ResourceError
+from gradedesign.geometry.maps.frame_field import frame_field, principal_angle
 
 LOWER, UPPER = np.zeros(3), np.array([60.0, 40.0, 20.0])
 POINTS = np.array([[10.0, 30.0, 52.0], [8.0, 20.0, 33.0], [5.0, 10.0, 15.0]])

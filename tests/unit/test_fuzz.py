@@ -16,27 +16,27 @@ from altered_files import NASTY, altered_bytes
 from oracles.peak_memory import peak_memory_bytes
 from PIL import Image
 
-from gradedesign.case.formula import parse_formula
-from gradedesign.case.read_case import load_case
-from gradedesign.case.read_generate import load_generate_case
+from gradedesign.common.values.formula import parse_formula
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.design.resolve.own_cell import with_own_cell
+from gradedesign.design.resolve.resolve import lookup, resolve_material
 from gradedesign.errors import GradeDesignError
-from gradedesign.lattice.density_source import sample_density
-from gradedesign.lattice.formula_density import formula_field
-from gradedesign.lattice.point_cloud import point_density, read_points, remap_points
-from gradedesign.lattice.tet_density import tet_density
-from gradedesign.lattice.voxel_density import (
+from gradedesign.geometry.formats.vtu_fields import read_vtu_field
+from gradedesign.geometry.lattice.density_source import sample_density
+from gradedesign.geometry.lattice.formula_density import formula_field
+from gradedesign.geometry.lattice.point_cloud import point_density, read_points, remap_points
+from gradedesign.geometry.lattice.tet_density import tet_density
+from gradedesign.geometry.lattice.voxel_density import (
     densities,
     place_voxels,
     read_voxel_array,
     voxel_density,
 )
-from gradedesign.mesh.tet_mesh import TetMesh
-from gradedesign.output.vtu_fields import read_vtu_field
-from gradedesign.part.image_stack import read_image_stack
-from gradedesign.part.part import read_part
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.own_cell import with_own_cell
-from gradedesign.resolve.resolve import lookup, resolve_material
+from gradedesign.geometry.part.image_stack import read_image_stack
+from gradedesign.geometry.part.part import read_part
+from gradedesign.geometry.tets.tet_mesh import TetMesh
+from gradedesign.program.host.registry import build_registry
 
 CASES = Path(__file__).parents[2] / "cases"
 ROUND = 50

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from skfem import MeshTet
 
-from gradedesign.fe.elastic_system import prepare_elastic
-from gradedesign.fe.galerkin_start import galerkin_start
-from gradedesign.fe.multigrid_solver import MULTIGRID
-from gradedesign.fe.solution import LoadVector
-from gradedesign.fe.solve import solve_cases
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.stiffness import IsotropicStiffness
-from gradedesign.fe.supports import Supports
-from gradedesign.mesh.tet_mesh import TetMesh
+from gradedesign.geometry.tets.tet_mesh import TetMesh
+from gradedesign.mechanics.fe.elastic_system import prepare_elastic
+from gradedesign.mechanics.fe.multigrid_solver import MULTIGRID
+from gradedesign.mechanics.fe.solution import LoadVector
+from gradedesign.mechanics.fe.solve import solve_cases
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.stiffness import IsotropicStiffness
+from gradedesign.mechanics.fe.supports import Supports
+from gradedesign.mechanics.solver.galerkin_start import galerkin_start
 
 #: Multigrid however small the block is: a direct solver takes no first guess.
 ALWAYS = replace(MULTIGRID, least_unknowns=0)

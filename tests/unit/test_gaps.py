@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from small_parts import finned_block, prism
 
-from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.part.box import box_surface
-from gradedesign.resolve.analysable import Analysable
-from gradedesign.resolve.analysable_lattice import joined_faces
-from gradedesign.verify.finite_cells import FINITE_CELLS
-from gradedesign.verify.gaps import narrowest_gap, thin_walls
+from gradedesign.design.printing.gaps import narrowest_gap, thin_walls
+from gradedesign.design.resolve.analysable import Analysable
+from gradedesign.design.resolve.analysable_lattice import joined_faces
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS
 
 
 def two_boxes(apart):

@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from gradedesign.case.read_case import load_case
-from gradedesign.case.read_generate import load_generate_case
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.case.read_generate import load_generate_case
 from gradedesign.errors import CaseError, DensityError
-from gradedesign.generate.generate import generate
-from gradedesign.generate.stated_cells import build_cells, stated_cells
-from gradedesign.generate.stated_density import stated_density
-from gradedesign.lattice.density_grid import evaluate
-from gradedesign.lattice.domain import DesignDomain
-from gradedesign.lattice.surface import require_closed
-from gradedesign.output.write_stl import surface_of_stl
-from gradedesign.part.read_stl import read_stl
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.contour.surface import require_closed
+from gradedesign.geometry.formats.read_stl import read_stl
+from gradedesign.geometry.formats.write_stl import surface_of_stl
+from gradedesign.geometry.lattice.density_grid import evaluate
+from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.program.generate.generate import generate
+from gradedesign.program.generate.stated_cells import build_cells, stated_cells
+from gradedesign.program.generate.stated_density import stated_density
+from gradedesign.program.host.registry import build_registry
 
 CASE = """\
 [case]

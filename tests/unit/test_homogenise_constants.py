@@ -8,8 +8,8 @@ from oracles.turned_stiffness import rotated_stiffness, shear_and_poisson
 from scipy.spatial.transform import Rotation
 
 from gradedesign.errors import SolverError
-from gradedesign.homogenise.bounds import hashin_shtrikman_upper, require_bounds
-from gradedesign.homogenise.constants import (
+from gradedesign.mechanics.homogenise.bounds import hashin_shtrikman_upper, require_bounds
+from gradedesign.mechanics.homogenise.constants import (
     engineering_constants,
     isotropic_averages,
     solid_stiffness,

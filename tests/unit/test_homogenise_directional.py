@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from oracles.turned_stiffness import rotated_stiffness, shear_and_poisson
 
-from gradedesign.homogenise.bounds import check_bounds
-from gradedesign.homogenise.constants import solid_stiffness, youngs_along
-from gradedesign.homogenise.directional import (
+from gradedesign.mechanics.homogenise.bounds import check_bounds
+from gradedesign.mechanics.homogenise.constants import solid_stiffness, youngs_along
+from gradedesign.mechanics.homogenise.directional import (
     compliance_tensor,
     sphere_directions,
     transverse_range,

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import LatticeError, SolverError
-from gradedesign.homogenise.constants import solid_stiffness
-from gradedesign.homogenise.islands import connected_fill
-from gradedesign.homogenise.operator import (
+from gradedesign.mechanics.homogenise.constants import solid_stiffness
+from gradedesign.mechanics.homogenise.islands import connected_fill
+from gradedesign.mechanics.homogenise.operator import (
     homogeneous_inverse,
     node_scale,
     precondition,

@@ -5,15 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gradedesign.fe.stress import weighted_percentile
-from gradedesign.homogenise.macro_directions import (
+from gradedesign.mechanics.fe.stress import weighted_percentile
+from gradedesign.mechanics.homogenise.macro_directions import (
     FROBENIUS,
     named_directions,
     spread_directions,
     von_mises_of,
 )
-from gradedesign.homogenise.periodic import solve_periodic
-from gradedesign.homogenise.strength import LocalStress, cell_strength, local_stress, stress_factors
+from gradedesign.mechanics.homogenise.periodic import solve_periodic
+from gradedesign.mechanics.homogenise.strength import (
+    LocalStress,
+    cell_strength,
+    local_stress,
+    stress_factors,
+)
 
 
 def test_named_directions_are_63_of_unit_von_mises() -> None:

@@ -10,24 +10,24 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.family import CellFamily
 from gradedesign.errors import DensityError, PluginError, SolverError
-from gradedesign.homogenise import cached_table
-from gradedesign.homogenise import cell_properties as cell_properties_module
-from gradedesign.homogenise import table as table_module
-from gradedesign.homogenise.bounds import require_bounds
-from gradedesign.homogenise.cached_table import (
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.mechanics.homogenise import cached_table
+from gradedesign.mechanics.homogenise import cell_properties as cell_properties_module
+from gradedesign.mechanics.homogenise import table as table_module
+from gradedesign.mechanics.homogenise.bounds import require_bounds
+from gradedesign.mechanics.homogenise.cached_table import (
     ON_DEMAND_RESOLUTION,
     computed_law,
     on_demand_resolution,
     property_table,
 )
-from gradedesign.homogenise.cell_properties import cell_properties, cubic_part
-from gradedesign.homogenise.sampling import cell_fill, require_resolved
-from gradedesign.homogenise.table import compute_table, table_densities
-from gradedesign.material.property_table import read_property_table, write_property_table
-from gradedesign.material.tabulated_law import tabulated_law
+from gradedesign.mechanics.homogenise.cell_properties import cell_properties, cubic_part
+from gradedesign.mechanics.homogenise.sampling import cell_fill, require_resolved
+from gradedesign.mechanics.homogenise.table import compute_table, table_densities
+from gradedesign.mechanics.material.property_table import read_property_table, write_property_table
+from gradedesign.mechanics.material.tabulated_law import tabulated_law
 
 
 def skewed_gyroid(u, skew=0.0):
@@ -76,7 +76,9 @@ def test_a_thin_strut_takes_twice_the_voxels_of_a_thin_wall(monkeypatch) -> None
     monkeypatch.setattr(cell_properties_module, "require_resolved", stop)
     # By hand: a wall of 0.06 has 3.8 voxels of 1/64 and 6.7 of 1/112, one of 0.01 never has six.
     for family, wall in ((RODS, 0.06), (SHEET, 0.06), (RODS, 0.01)):
-        monkeypatch.setattr("gradedesign.homogenise.sampling.wall_mm", lambda *_, w=wall: w)
+        monkeypatch.setattr(
+            "gradedesign.mechanics.homogenise.sampling.wall_mm", lambda *_, w=wall: w
+        )
         with pytest.raises(DensityError, match="enough"):
             cell_properties(calibrate(family), 0.1)
     assert asked == [112, 64, 128]

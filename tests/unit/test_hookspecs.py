@@ -20,8 +20,8 @@ from gradedesign import (
     Repairer,
     ScalingLaw,
 )
-from gradedesign.plugin import hookspecs
-from gradedesign.plugin.registry import build_registry
+from gradedesign.program.host import hookspecs
+from gradedesign.program.host.registry import build_registry
 
 HOOKS = {
     "gradedesign_cell_families": CellFamily,

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gradedesign.case.read_generate import load_generate_case
-from gradedesign.cell.family import CellFamily
-from gradedesign.cell.increments import cell_increments
-from gradedesign.cell.shape import spread_points
+from gradedesign.design.case.read_generate import load_generate_case
 from gradedesign.errors import CaseError, DensityError
-from gradedesign.generate.generate import generate
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.geometry.cell.increments import cell_increments
+from gradedesign.geometry.cell.shape import spread_points
+from gradedesign.program.generate.generate import generate
+from gradedesign.program.host.registry import build_registry
 
 
 def waving(u, amplitude=0.0, bars=1.0):

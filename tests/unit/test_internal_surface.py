@@ -6,21 +6,25 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gradedesign.case.read_case import load_case
-from gradedesign.case.read_generate import load_generate_case
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.case.read_generate import load_generate_case
 from gradedesign.errors import CaseError, LatticeError
-from gradedesign.generate.generate import generate
-from gradedesign.lattice.domain import DesignDomain
-from gradedesign.lattice.drain import Drain
-from gradedesign.lattice.internal_surface import surface_behind_skin
-from gradedesign.lattice.lattice import LatticeDesign
-from gradedesign.lattice.skin import Skin
-from gradedesign.mesh.crossings import TOUCHING, crossing_triangles
-from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume, open_edge_count
-from gradedesign.output.write_stl import surface_of_stl, write_stl
-from gradedesign.part.box import box_surface
-from gradedesign.part.signed_distance import surface_distance
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.formats.write_stl import surface_of_stl, write_stl
+from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.drain import Drain
+from gradedesign.geometry.lattice.internal_surface import surface_behind_skin
+from gradedesign.geometry.lattice.lattice import LatticeDesign
+from gradedesign.geometry.lattice.skin import Skin
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.signed_distance import surface_distance
+from gradedesign.geometry.triangles.crossings import TOUCHING, crossing_triangles
+from gradedesign.geometry.triangles.surface_mesh import (
+    SurfaceMesh,
+    enclosed_volume,
+    open_edge_count,
+)
+from gradedesign.program.generate.generate import generate
+from gradedesign.program.host.registry import build_registry
 
 EDGES = (12.0, 8.0, 8.0)
 CASE = """\

@@ -11,8 +11,8 @@ import time
 import pytest
 from small_parts import box_part, held_bar
 
-from gradedesign.cli import lists as list_commands
-from gradedesign.cli import run as run_module
+from gradedesign.program.commands import lists as list_commands
+from gradedesign.program.commands import run as run_module
 
 
 def kill_self(number):
@@ -98,8 +98,8 @@ def test_cleaning_up_is_not_cut_short(cli, monkeypatch):
 
 COMPILES = """
     import sys, time
-    from gradedesign.cli import main
-    import gradedesign.cli.lists as lists
+    from gradedesign.program.commands import main
+    import gradedesign.program.commands.lists as lists
 
     def compile_kernels(*args, **options):
         import numba
@@ -146,10 +146,10 @@ def test_a_signal_while_the_commands_are_imported():
     # What is imported first has put its handler in place by then: commands take seconds to load.
     code = (
         "import os, signal, sys, threading\n"
-        "from gradedesign.cli import main\n"
+        "from gradedesign.program.commands import main\n"
         "class Finder:\n"
         "    def find_spec(self, name, path=None, target=None):\n"
-        "        if name == 'gradedesign.cli.app':\n"
+        "        if name == 'gradedesign.program.commands.app':\n"
         "            os.kill(os.getpid(), signal.SIGTERM)\n"
         "sys.meta_path.insert(0, Finder())\n"
         "main(['materials'])\n"

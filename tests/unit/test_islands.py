@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import LatticeError
-from gradedesign.lattice.islands import largest_components, remove_islands, winding
-from gradedesign.lattice.surface import extract_surface
-from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume, open_edge_count
-from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
+from gradedesign.geometry.contour.islands import largest_components, remove_islands, winding
+from gradedesign.geometry.contour.surface import extract_surface
+from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
+from gradedesign.geometry.triangles.surface_mesh import (
+    SurfaceMesh,
+    enclosed_volume,
+    open_edge_count,
+)
 
 H = 0.1
 

@@ -5,9 +5,9 @@ from io import StringIO
 
 import numpy as np
 
-from gradedesign.limits.key import LimitKey
-from gradedesign.output.result import Iteration, LimitIteration
-from gradedesign.results.iteration_log import iteration_log
+from gradedesign.design.verdict.result import Iteration, LimitIteration
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.program.outputs.iteration_log import iteration_log
 
 
 def limit(name, load_case, predicted, explicit, discrepancy):

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gradedesign.lattice.joint import blended, joined
+from gradedesign.geometry.lattice.joint import blended, joined
 
 
 def plane(normal):

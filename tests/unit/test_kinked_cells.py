@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from gradedesign import CaseError, CellFamily
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.shape import evaluate_shape, spread_points
-from gradedesign.cell.wall_size import wall_mm
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.shape import evaluate_shape, spread_points
+from gradedesign.geometry.cell.wall_size import wall_mm
 from gradedesign.testing import check_cell_family
 
 

@@ -4,19 +4,19 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import LatticeError
-from gradedesign.lattice.banded_distance import banded_distance
-from gradedesign.lattice.density_grid import DensityGrid
-from gradedesign.lattice.domain import DesignDomain, PassiveRegion
-from gradedesign.lattice.lattice import (
+from gradedesign.geometry.contour.surface import extract_surface
+from gradedesign.geometry.lattice.banded_distance import banded_distance
+from gradedesign.geometry.lattice.density_grid import DensityGrid
+from gradedesign.geometry.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.geometry.lattice.lattice import (
     LatticeDesign,
     cell_field,
     cell_gradient,
     density_at,
     lattice_field,
 )
-from gradedesign.lattice.skin import Skin
-from gradedesign.lattice.surface import extract_surface
-from gradedesign.mesh.surface_mesh import enclosed_volume
+from gradedesign.geometry.lattice.skin import Skin
+from gradedesign.geometry.triangles.surface_mesh import enclosed_volume
 
 SIZE = np.array([40.0, 20.0, 20.0])
 

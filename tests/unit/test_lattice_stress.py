@@ -6,32 +6,32 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gradedesign.fe.load_case import PartLoadCase
-from gradedesign.fe.loads import traction_force
-from gradedesign.fe.solution import Balance, Solution
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.supports import supports_on
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.local_stress import StressLimit
-from gradedesign.material.local_stress_law import LocalStressLaw
-from gradedesign.material.material import Material
-from gradedesign.material.power_law import power_law
-from gradedesign.material.scaling_law import LawOrigin
-from gradedesign.material.strength_surface import StrengthSurface
-from gradedesign.mesh.tet_mesh import boundary_facets
-from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.sizing.effective_density import EffectiveDensity
-from gradedesign.sizing.filter import uniform_filter
-from gradedesign.sizing.homogenised import lattice_mass
-from gradedesign.sizing.homogenised_model import homogenised_model
-from gradedesign.sizing.lattice_stiffness import lattice_stiffness
-from gradedesign.sizing.lattice_stress import (
+from gradedesign.geometry.part.part_mesh import box_part_mesh
+from gradedesign.geometry.tets.tet_mesh import boundary_facets
+from gradedesign.mechanics.fe.load_case import PartLoadCase
+from gradedesign.mechanics.fe.loads import traction_force
+from gradedesign.mechanics.fe.solution import Balance, Solution
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.supports import supports_on
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.local_stress import StressLimit
+from gradedesign.mechanics.material.local_stress_law import LocalStressLaw
+from gradedesign.mechanics.material.material import Material
+from gradedesign.mechanics.material.power_law import power_law
+from gradedesign.mechanics.material.scaling_law import LawOrigin
+from gradedesign.mechanics.material.strength_surface import StrengthSurface
+from gradedesign.mechanics.sizing.effective_density import EffectiveDensity
+from gradedesign.mechanics.sizing.filter import uniform_filter
+from gradedesign.mechanics.sizing.homogenised import lattice_mass
+from gradedesign.mechanics.sizing.homogenised_model import homogenised_model
+from gradedesign.mechanics.sizing.lattice_stiffness import lattice_stiffness
+from gradedesign.mechanics.sizing.lattice_stress import (
     lattice_stress,
     least_density,
     local_stress_at,
 )
-from gradedesign.sizing.size import SizingProblem, size
-from gradedesign.sizing.state import SolvedState
+from gradedesign.mechanics.sizing.size import SizingProblem, size
+from gradedesign.mechanics.sizing.state import SolvedState
 
 LAW = power_law(
     "test-law",

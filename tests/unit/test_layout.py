@@ -8,14 +8,14 @@ from pathlib import Path
 import pytest
 
 import gradedesign
-from gradedesign.cli import show
-from gradedesign.cli.layout import table_lines, wrapped
-from gradedesign.cli.run import print_verdict
-from gradedesign.cli.show import without_noise
-from gradedesign.limits.banded import Banded
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.row import LimitRow
-from gradedesign.output.result import RunResult
+from gradedesign.design.verdict.result import RunResult
+from gradedesign.mechanics.limits.banded import Banded
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.program.commands import show
+from gradedesign.program.commands.layout import table_lines, wrapped
+from gradedesign.program.commands.run import print_verdict
+from gradedesign.program.commands.show import without_noise
 
 SUBMODELS = "explicit analysis times the ratio of 4 submodels"
 ROWS = (

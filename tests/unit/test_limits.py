@@ -6,10 +6,10 @@ import pytest
 from small_parts import box_part, held_bar
 
 import gradedesign
-from gradedesign.case.limits_schema import as_multiple, stated_words
-from gradedesign.case.schema import CaseFile, SolidMultiple, schema_json
+from gradedesign.design.case.schema import CaseFile, SolidMultiple, schema_json
 from gradedesign.errors import CaseError
-from gradedesign.output.report import render_report
+from gradedesign.mechanics.limits.limits_schema import as_multiple, stated_words
+from gradedesign.program.outputs.report import render_report
 
 CASE = (
     held_bar(box_part(60, 10, 10, 5), name="bar", load_case="down")

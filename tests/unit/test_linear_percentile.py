@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gradedesign.fe.linear_percentile import linear_percentile, share_below
+from gradedesign.mechanics.fe.linear_percentile import linear_percentile, share_below
 
 
 def barycentric(rng, count):

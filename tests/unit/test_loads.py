@@ -6,8 +6,9 @@ from skfem import Basis, ElementTetP1, ElementTetP2, ElementVector, FacetBasis, 
 from skfem.helpers import dot
 
 from gradedesign.errors import SolverError
-from gradedesign.fe.facets import facet_areas, facet_owners
-from gradedesign.fe.loads import (
+from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_facets, signed_volumes
+from gradedesign.mechanics.fe.facets import facet_areas, facet_owners
+from gradedesign.mechanics.fe.loads import (
     body_force,
     pressure_force,
     resultant,
@@ -15,9 +16,8 @@ from gradedesign.fe.loads import (
     thermal_force,
     traction_force,
 )
-from gradedesign.fe.space import skfem_mesh, tet_space
-from gradedesign.fe.stiffness import AnisotropicStiffness, IsotropicStiffness
-from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, signed_volumes
+from gradedesign.mechanics.fe.space import skfem_mesh, tet_space
+from gradedesign.mechanics.fe.stiffness import AnisotropicStiffness, IsotropicStiffness
 
 ELEMENTS = {1: ElementVector(ElementTetP1()), 2: ElementVector(ElementTetP2())}
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gradedesign.cell.cell_map import CellMap, constant_jacobian, uniform_map
-from gradedesign.cell.cylindrical_map import cylindrical_map
-from gradedesign.cell.local_cells import local_cells
 from gradedesign.errors import LatticeError
-from gradedesign.layout.cell_layout import cell_layout, layout_warnings
+from gradedesign.geometry.lattice.cell_layout import cell_layout, layout_warnings
+from gradedesign.geometry.maps.cell_map import CellMap, constant_jacobian, uniform_map
+from gradedesign.geometry.maps.cylindrical_map import cylindrical_map
+from gradedesign.geometry.maps.local_cells import local_cells
 
 POINTS = np.array([[30.0, 0.0, -35.0, 20.0], [0.0, 45.0, 0.0, 25.0], [1.0, 2.0, 3.0, -4.0]])
 TURNED = Rotation.from_euler("XYZ", (20, -35, 50), degrees=True).as_matrix()

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import DensityError
-from gradedesign.homogenise.macro_directions import spread_directions, von_mises_of
-from gradedesign.material.local_stress_law import LocalStressLaw
-from gradedesign.material.strength_surface import StrengthSurface
+from gradedesign.mechanics.homogenise.macro_directions import spread_directions, von_mises_of
+from gradedesign.mechanics.material.local_stress_law import LocalStressLaw
+from gradedesign.mechanics.material.strength_surface import StrengthSurface
 
 DENSITY = np.array([0.1, 0.15, 0.2, 0.3, 0.5, 0.8])
 MISES = np.diag([1.0, 1.0, 1.0, 3.0, 3.0, 3.0])

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gradedesign.mesh.long_edges import bisect_long_edges, least_count, longest_edges
-from gradedesign.mesh.quality import tet_report
-from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
-from gradedesign.part.part_mesh import box_part_mesh
+from gradedesign.geometry.part.part_mesh import box_part_mesh
+from gradedesign.geometry.tets.long_edges import bisect_long_edges, least_count, longest_edges
+from gradedesign.geometry.tets.quality import tet_report
+from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
 
 
 def test_edges_of_the_unit_tetrahedron():

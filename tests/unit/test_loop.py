@@ -10,33 +10,33 @@ import numpy as np
 import pytest
 
 from gradedesign import pipeline
+from gradedesign.common.system.limits import Deadline
+from gradedesign.common.system.progress import ignore
+from gradedesign.design.acceptance.acceptance import Acceptance, NoSubmodelError, nothing_meshed
+from gradedesign.design.acceptance.meshed_anew import mesher_tets
+from gradedesign.design.loop import accepted as accepting
+from gradedesign.design.loop import accepted_rows, iteration_steps
+from gradedesign.design.loop import ended as ending
+from gradedesign.design.loop.announce import Announcer
+from gradedesign.design.loop.ended import TIGHT_END, Ended, NoTimeError
+from gradedesign.design.loop.iteration import DesignIteration
+from gradedesign.design.loop.left_designs import is_ready
+from gradedesign.design.loop.loop import Progress, run_loop
+from gradedesign.design.loop.loop_stages import Judged, Stages
+from gradedesign.design.loop.predicted_cost import RunWork
+from gradedesign.design.loop.run_cost import RunCost
+from gradedesign.design.verdict.reasons import why_not
+from gradedesign.design.verdict.result import Iteration
 from gradedesign.errors import MeshError, ResourceError
-from gradedesign.limits.banded import Banded
-from gradedesign.limits.displacement import DisplacementLimit
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.local_stress import StressLimit
-from gradedesign.limits.row import LimitRow
-from gradedesign.limits.verdict import all_hold, learned_factors, with_factors
-from gradedesign.loop import accepted as accepting
-from gradedesign.loop import accepted_rows, iteration_steps
-from gradedesign.loop import ended as ending
-from gradedesign.loop.announce import Announcer
-from gradedesign.loop.ended import TIGHT_END, Ended, NoTimeError
-from gradedesign.loop.iteration import DesignIteration
-from gradedesign.loop.left_designs import is_ready
-from gradedesign.loop.loop import Progress, run_loop
-from gradedesign.loop.loop_stages import Judged, Stages
-from gradedesign.loop.predicted_cost import RunWork
-from gradedesign.loop.run_cost import RunCost
-from gradedesign.loop.stages import iteration_from_stage, iteration_to_stage
-from gradedesign.output.result import Iteration
-from gradedesign.results.reasons import why_not
-from gradedesign.sizing.problem import SizingStep
-from gradedesign.verify.acceptance import Acceptance, NoSubmodelError, nothing_meshed
-from gradedesign.verify.correction import Correction, Discrepancy
-from gradedesign.verify.meshed_anew import mesher_tets
-from gradedesign.workspace.limits import Deadline
-from gradedesign.workspace.progress import ignore
+from gradedesign.mechanics.explicit.correction import Correction, Discrepancy
+from gradedesign.mechanics.limits.banded import Banded
+from gradedesign.mechanics.limits.displacement import DisplacementLimit
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.local_stress import StressLimit
+from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.mechanics.limits.verdict import all_hold, learned_factors, with_factors
+from gradedesign.mechanics.sizing.problem import SizingStep
+from gradedesign.program.store.stages import iteration_from_stage, iteration_to_stage
 
 NAME = "displacement of tip magnitude"
 PULL, SIDE = (

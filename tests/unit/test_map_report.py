@@ -5,12 +5,12 @@ import pytest
 from oracles.density_achieved import density_achieved
 from oracles.naive_size_map import naive_size_map
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.cell_map import CellMap, constant_jacobian, uniform_map
-from gradedesign.cell.cylindrical_map import cylindrical_map
-from gradedesign.cell.family import CellFamily
-from gradedesign.cell.map_report import map_report, require_unfolded, spread, volume_points
 from gradedesign.errors import LatticeError
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.geometry.maps.cell_map import CellMap, constant_jacobian, uniform_map
+from gradedesign.geometry.maps.cylindrical_map import cylindrical_map
+from gradedesign.geometry.maps.map_report import map_report, require_unfolded, spread, volume_points
 
 LOWER, UPPER = np.zeros(3), np.array([40.0, 30.0, 20.0])
 POINTS = volume_points(None, LOWER, UPPER, 4000)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from gradedesign.material.library import builtin_materials
+from gradedesign.mechanics.material.library import builtin_materials
 
 MATERIALS = builtin_materials()
 

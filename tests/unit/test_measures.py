@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from gradedesign.cell.cell_map import uniform_map
-from gradedesign.cell.cylindrical_map import cylindrical_map
-from gradedesign.lattice.domain import DesignDomain
-from gradedesign.lattice.lattice import LatticeDesign
-from gradedesign.verify.measures import stress_measures, worst_neighbourhood
-from gradedesign.verify.neighbourhoods import neighbourhood_cells, neighbourhoods
+from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.lattice import LatticeDesign
+from gradedesign.geometry.maps.cell_map import uniform_map
+from gradedesign.geometry.maps.cylindrical_map import cylindrical_map
+from gradedesign.mechanics.explicit.measures import stress_measures, worst_neighbourhood
+from gradedesign.mechanics.explicit.neighbourhoods import neighbourhood_cells, neighbourhoods
 
 
 def _cloud(count=4000):

@@ -10,13 +10,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gradedesign.common.system import cache
 from gradedesign.errors import MeshError, ResourceError
-from gradedesign.mesh.long_edges import longest_edges
-from gradedesign.mesh.meshed_surface import tetrahedralize
-from gradedesign.mesh.mesher import PYTETWILD
-from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.mesh.tet_mesh import signed_volumes
-from gradedesign.workspace import cache
+from gradedesign.geometry.tets.long_edges import longest_edges
+from gradedesign.geometry.tets.meshed_surface import tetrahedralize
+from gradedesign.geometry.tets.mesher import PYTETWILD
+from gradedesign.geometry.tets.tet_mesh import signed_volumes
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 SIZE = np.array([20.0, 10.0, 10.0])
 
@@ -133,7 +133,7 @@ def test_a_mesh_too_fine_for_the_memory_is_refused_before_it_is_made():
 
 def test_the_parent_never_imports_the_mesher():
     program = (
-        "import sys, gradedesign.mesh.meshed_surface\n"
+        "import sys, gradedesign.geometry.tets.meshed_surface\n"
         "assert not {'pytetwild', 'pyvista', 'vtk'} & set(sys.modules)\n"
     )
     subprocess.run([sys.executable, "-c", program], check=True)

@@ -10,14 +10,14 @@ import pytest
 from mistakes import BOXES, CHECKED, GENERATED, OF_CHECK, OF_GENERATE, TYPED
 from pydantic import BaseModel
 
-from gradedesign.case.generate_schema import GenerateFile
-from gradedesign.case.read_case import load_case
-from gradedesign.case.read_generate import load_generate_case
-from gradedesign.case.schema import CaseFile
-from gradedesign.case.suggest import described, meant
+from gradedesign.common.values.suggest import described, meant
+from gradedesign.design.case.generate_schema import GenerateFile
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.design.case.schema import CaseFile
 from gradedesign.errors import CaseError
-from gradedesign.output.write_stl import write_stl
-from gradedesign.part.box import box_surface
+from gradedesign.geometry.formats.write_stl import write_stl
+from gradedesign.geometry.part.box import box_surface
 
 LISTS = {
     "typed": ("check", CHECKED, TYPED),
@@ -171,7 +171,7 @@ def test_a_mistake_in_the_text_loads_nothing(command, base, mistake, tmp_path):
     (tmp_path / "case.toml").write_text(base.replace('cell = "', f"{mistake}"))
     script = (
         "import sys\n"
-        "from gradedesign.cli import main\n"
+        "from gradedesign.program.commands import main\n"
         "try:\n"
         f"    main(['{command}', '{tmp_path}'])\n"
         "except SystemExit as ended:\n"

@@ -10,25 +10,25 @@ from scipy.sparse import bsr_matrix, kron
 from scipy.sparse import eye as identity
 from skfem import MeshTet
 
-from gradedesign.fe import _multigrid_kernels as kernels
-from gradedesign.fe.aggregation import coarsen
-from gradedesign.fe.assembly import assemble, assembly_pattern
-from gradedesign.fe.block_rows import (
+from gradedesign.geometry.tets.quality import piece_labels
+from gradedesign.geometry.tets.tet_mesh import TetMesh, centroids
+from gradedesign.mechanics.fe.assembly import assemble, assembly_pattern
+from gradedesign.mechanics.fe.multigrid import build_hierarchy, preconditioner
+from gradedesign.mechanics.fe.quadratic_level import edge_means
+from gradedesign.mechanics.fe.rigid_modes import rigid_body_modes
+from gradedesign.mechanics.fe.space import TetSpace, edge_ends, tet_space, vertex_space
+from gradedesign.mechanics.fe.stiffness import AnisotropicStiffness, IsotropicStiffness
+from gradedesign.mechanics.material.scaling_law import isotropic_stiffness
+from gradedesign.mechanics.solver import _multigrid_kernels as kernels
+from gradedesign.mechanics.solver.aggregation import coarsen
+from gradedesign.mechanics.solver.block_rows import (
     BlockRows,
     inverted_diagonal,
     largest_eigenvalue,
     product,
     single_precision,
 )
-from gradedesign.fe.conjugate_gradients import conjugate_gradients
-from gradedesign.fe.multigrid import build_hierarchy, preconditioner
-from gradedesign.fe.quadratic_level import edge_means
-from gradedesign.fe.rigid_modes import rigid_body_modes
-from gradedesign.fe.space import TetSpace, edge_ends, tet_space, vertex_space
-from gradedesign.fe.stiffness import AnisotropicStiffness, IsotropicStiffness
-from gradedesign.material.scaling_law import isotropic_stiffness
-from gradedesign.mesh.quality import piece_labels
-from gradedesign.mesh.tet_mesh import TetMesh, centroids
+from gradedesign.mechanics.solver.conjugate_gradients import conjugate_gradients
 
 
 def oriented(points: np.ndarray, tets: np.ndarray) -> TetMesh:

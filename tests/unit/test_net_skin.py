@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from gradedesign.case.read_generate import load_generate_case
+from gradedesign.design.case.read_generate import load_generate_case
 from gradedesign.errors import CaseError
-from gradedesign.generate.generate import generate
-from gradedesign.lattice.domain import DesignDomain, grown
-from gradedesign.lattice.joint_volume import joint_volume
-from gradedesign.lattice.lattice import LatticeDesign, lattice_field
-from gradedesign.lattice.net_skin import NetSkin
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.lattice.domain import DesignDomain, grown
+from gradedesign.geometry.lattice.joint_volume import joint_volume
+from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
+from gradedesign.geometry.lattice.net_skin import NetSkin
+from gradedesign.program.generate.generate import generate
+from gradedesign.program.host.registry import build_registry
 
 #: A cube of 16 mm about the origin, turned about x.
 HALF, RADIUS, DEEP = 8.0, 0.8, 2.4

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from gradedesign.check.draft_case import draft_case, draft_text
-from gradedesign.check.open_questions import open_questions
-from gradedesign.part.file_faces import FileFaces
-from gradedesign.part.raw_triangles import RawTriangles
-from gradedesign.plugin.registry import build_registry
+from gradedesign.design.check.draft_case import draft_case, draft_text
+from gradedesign.design.check.open_questions import open_questions
+from gradedesign.geometry.part.file_faces import FileFaces
+from gradedesign.geometry.part.raw_triangles import RawTriangles
+from gradedesign.program.host.registry import build_registry
 
 ROOT = Path(__file__).parents[2]
 BRACKET = ROOT / "cases" / "bracket" / "bracket.stl"

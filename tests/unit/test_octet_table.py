@@ -3,7 +3,7 @@
 from importlib import resources
 
 from gradedesign import read_property_table
-from gradedesign.material.stiffness_constants import constant_errors
+from gradedesign.mechanics.material.stiffness_constants import constant_errors
 
 #: C11, C12, C44 of the octet, apart from its table: density 0.05 from 64 and 128 voxels along the
 #: cell, 0.1 from 48 and 96, filled to the density exactly, a third of the change added.

@@ -3,13 +3,13 @@
 import pytest
 from small_parts import box_part, held_bar
 
-from gradedesign.case.read_case import load_case
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.row import LimitRow
-from gradedesign.loop.saturation import sentence
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.resolved_case import resolve_case
-from gradedesign.resolve.setup import prepare
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.loop.saturation import sentence
+from gradedesign.design.resolve.resolved_case import resolve_case
+from gradedesign.design.resolve.setup import prepare
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.program.host.registry import build_registry
 
 CASE = (
     held_bar(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gradedesign.sizing.optimality import optimality_step
+from gradedesign.mechanics.sizing.optimality import optimality_step
 
 
 def _minimise(compliances, limits, cost, *, lower=1e-3, upper=1.0, power=1.5, steps=80):

@@ -29,15 +29,15 @@ for module, names in (
 @pytest.mark.parametrize(
     "use",
     [
-        "import gradedesign.cli.app",
-        "from gradedesign.workspace.run_folder import open_run_folder as o\n"
+        "import gradedesign.program.commands.app",
+        "from gradedesign.program.store.run_folder import open_run_folder as o\n"
         "path = pathlib.Path(sys.argv[1]) / 'run'\n"
         "with o(path, 'a' * 64, resume=True, overwrite=False) as run:\n"
         "    run.write_text('x.txt', 'x')",
-        "from gradedesign.cli.interrupt import interruptible\n"
+        "from gradedesign.program.commands.interrupt import interruptible\n"
         "with interruptible() as asked:\n"
         "    assert not asked.stop_requested",
-        "from gradedesign.workspace.worker_failure import Ending, worker_error\n"
+        "from gradedesign.common.system.worker_failure import Ending, worker_error\n"
         "(pathlib.Path(sys.argv[1]) / 'log.txt').write_text('bad')\n"
         "end = Ending(module='m', folder=pathlib.Path(sys.argv[1]), code=3221225477,"
         " time_limit_s=1.0, memory_limit_bytes=10)\n"

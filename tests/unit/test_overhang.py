@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from gradedesign.lattice.surface import extract_surface
-from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.part.box import box_surface
-from gradedesign.verify.overhang import overhang
+from gradedesign.design.printing.overhang import overhang
+from gradedesign.geometry.contour.surface import extract_surface
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 UP = np.array([0.0, 0.0, 1.0])
 

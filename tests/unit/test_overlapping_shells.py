@@ -9,11 +9,15 @@ import pytest
 from damaged_shapes import ANNULUS, CUBE, box, ring, swept
 
 from gradedesign.errors import PartError
-from gradedesign.mesh.surface_mesh import area_vectors, enclosed_volume, open_edge_count
-from gradedesign.part import _weld
-from gradedesign.part._self_crossing import require_simple
-from gradedesign.part._weld import core_points, weld
-from gradedesign.part.repair import build_surface
+from gradedesign.geometry.part import _weld
+from gradedesign.geometry.part._self_crossing import require_simple
+from gradedesign.geometry.part._weld import core_points, weld
+from gradedesign.geometry.part.repair import build_surface
+from gradedesign.geometry.triangles.surface_mesh import (
+    area_vectors,
+    enclosed_volume,
+    open_edge_count,
+)
 
 
 def answer(corners, **options):

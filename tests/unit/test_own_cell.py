@@ -6,13 +6,13 @@ import shutil
 import numpy as np
 import pytest
 
-from gradedesign.case.read_case import load_case
-from gradedesign.case.read_generate import load_generate_case
-from gradedesign.cell.calibration import calibrate
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.design.resolve.own_cell import with_own_cell
 from gradedesign.errors import CaseError, GradeDesignError
-from gradedesign.generate.generate import generate
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.own_cell import with_own_cell
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.program.generate.generate import generate
+from gradedesign.program.host.registry import build_registry
 
 START = """\
 [case]

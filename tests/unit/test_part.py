@@ -10,13 +10,13 @@ import manifold3d
 import numpy as np
 import pytest
 
-from gradedesign.case.part_schema import PartSpec
-from gradedesign.case.regions_schema import RegionSpec
 from gradedesign.errors import CaseError, PartError
-from gradedesign.mesh.surface_mesh import corner_points
-from gradedesign.part.box import box_surface
-from gradedesign.part.part import read_part
-from gradedesign.part.read_stl import read_stl
+from gradedesign.geometry.formats.read_stl import read_stl
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.part import read_part
+from gradedesign.geometry.part.part_schema import PartSpec
+from gradedesign.geometry.part.regions_schema import RegionSpec
+from gradedesign.geometry.triangles.surface_mesh import corner_points
 
 READERS = {".stl": read_stl}
 BOX = corner_points(box_surface((10.0, 20.0, 30.0)))

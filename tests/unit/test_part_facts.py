@@ -6,26 +6,30 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gradedesign.case.read_case import load_case
-from gradedesign.case.schema import LoadSpec, RegionSpec
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.case.schema import LoadSpec, RegionSpec
+from gradedesign.design.resolve.free_motions import require_supported
+from gradedesign.design.resolve.part_tets import part_tets
+from gradedesign.design.resolve.predicted_part_mesh import least_part_dofs, predicted_part_dofs
 from gradedesign.errors import CaseError
-from gradedesign.fe.space import tet_space
-from gradedesign.mesh.mesher import PYTETWILD
-from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_centroid
-from gradedesign.output.write_stl import write_stl
-from gradedesign.part import chords as chords_module
-from gradedesign.part.box import box_surface
-from gradedesign.part.chords import chords
-from gradedesign.part.part import read_part
-from gradedesign.part.place_words import number
-from gradedesign.part.read_stl import read_stl
-from gradedesign.part.regions import select_regions
-from gradedesign.part.round_shapes import round_shapes
-from gradedesign.part.thickness import local_thickness
-from gradedesign.resolve.free_motions import require_supported
-from gradedesign.resolve.part_tets import part_tets
-from gradedesign.resolve.predicted_part_mesh import least_part_dofs, predicted_part_dofs
-from gradedesign.results.marks import action_marks
+from gradedesign.geometry.formats.read_stl import read_stl
+from gradedesign.geometry.formats.write_stl import write_stl
+from gradedesign.geometry.part import chords as chords_module
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.chords import chords
+from gradedesign.geometry.part.part import read_part
+from gradedesign.geometry.part.place_words import number
+from gradedesign.geometry.part.regions import select_regions
+from gradedesign.geometry.part.round_shapes import round_shapes
+from gradedesign.geometry.part.thickness import local_thickness
+from gradedesign.geometry.tets.mesher import PYTETWILD
+from gradedesign.geometry.triangles.surface_mesh import (
+    SurfaceMesh,
+    corner_points,
+    enclosed_centroid,
+)
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.program.pictures.marks import action_marks
 
 CASES = Path(__file__).parents[2] / "cases"
 BODIES = """\

@@ -5,20 +5,20 @@ import pytest
 import trimesh
 from skfem import MeshTet
 
-from gradedesign.case.regions_schema import RegionSpec
 from gradedesign.errors import CaseError, MeshError
-from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
-from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, centroids, signed_volumes
-from gradedesign.part import part_mesh
-from gradedesign.part.box import box_surface
-from gradedesign.part.part_mesh import (
+from gradedesign.geometry.part import part_mesh
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.part_mesh import (
     box_part_mesh,
     check_region_area,
     mesh_part,
     region_facets,
 )
-from gradedesign.part.regions import select_regions
-from gradedesign.part.smooth_faces import segment_faces
+from gradedesign.geometry.part.regions import select_regions
+from gradedesign.geometry.part.regions_schema import RegionSpec
+from gradedesign.geometry.part.smooth_faces import segment_faces
+from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_facets, centroids, signed_volumes
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
 
 
 def face_of(surface, axis, value):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gradedesign.cell._percolation_kernels import (
+from gradedesign.geometry.cell._percolation_kernels import (
     LARGEST,
     LARGEST_INDEX,
     SPANNING_TOTAL,
@@ -11,8 +11,8 @@ from gradedesign.cell._percolation_kernels import (
     insert,
     lattice_index,
 )
-from gradedesign.cell.percolation import percolation
-from gradedesign.cell.shape import grid_nodes
+from gradedesign.geometry.cell.percolation import percolation
+from gradedesign.geometry.cell.shape import grid_nodes
 
 STEPS = [s * np.array([m & 1, (m >> 1) & 1, (m >> 2) & 1]) for s in (-1, 1) for m in range(1, 8)]
 

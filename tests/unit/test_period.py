@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from gradedesign import CellFamily, DensityError, PluginError
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.percolation import percolation
-from gradedesign.cell.shape import grid_nodes
-from gradedesign.cell.wall_size import wall_mm
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.percolation import percolation
+from gradedesign.geometry.cell.shape import grid_nodes
+from gradedesign.geometry.cell.wall_size import wall_mm
 from gradedesign.testing import check_cell_family
 
 

@@ -6,18 +6,18 @@ from scipy.sparse.linalg import spsolve
 from skfem import Basis, BilinearForm, ElementHex1, LinearForm, MeshHex
 from skfem.helpers import dot, grad
 
-from gradedesign.cell import phase_fields, size_tolerance
-from gradedesign.cell._phase_kernels import (
+from gradedesign.errors import CaseError, DensityError, ResourceError
+from gradedesign.geometry.maps import phase_fields, size_tolerance
+from gradedesign.geometry.maps._phase_kernels import (
     apply_stiffness,
     centre_gradients,
     divergence,
     nearest_rotations,
 )
-from gradedesign.cell.cell_map import uniform_map
-from gradedesign.cell.map_report import map_report, volume_points
-from gradedesign.cell.phase_fields import default_spacing, graded_size_map
-from gradedesign.cell.phase_poisson import box_solver, element_stiffness, solve_weighted
-from gradedesign.errors import CaseError, DensityError, ResourceError
+from gradedesign.geometry.maps.cell_map import uniform_map
+from gradedesign.geometry.maps.map_report import map_report, volume_points
+from gradedesign.geometry.maps.phase_fields import default_spacing, graded_size_map
+from gradedesign.geometry.maps.phase_poisson import box_solver, element_stiffness, solve_weighted
 
 COUNT, STEPS = (5, 4, 3), np.array([2.0, 3.0, 1.5])
 NODES = tuple(n + 1 for n in COUNT)

@@ -8,23 +8,28 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from gradedesign.case.read_case import load_case
-from gradedesign.lattice.surface import extract_surface
-from gradedesign.layout.design_domain import design_domain
-from gradedesign.mesh.boundary_surface import boundary_surface
-from gradedesign.mesh.surface_mesh import (
+from gradedesign.design.case.read_case import load_case
+from gradedesign.geometry.contour.surface import extract_surface
+from gradedesign.geometry.lattice.design_domain import design_domain
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.part import read_part
+from gradedesign.geometry.part.signed_distance import region_distance
+from gradedesign.geometry.tets.boundary_surface import boundary_surface
+from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_facets, signed_volumes
+from gradedesign.geometry.triangles.surface_mesh import (
     SurfaceMesh,
     area_vectors,
     corner_points,
     enclosed_volume,
 )
-from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, signed_volumes
-from gradedesign.output import _opengl, pictures, visible
-from gradedesign.output import without_octant as octants
-from gradedesign.output._visible_kernels import front_triangles
-from gradedesign.output.action_mark import SHORTEST, ActionMark
-from gradedesign.output.label_places import label_box
-from gradedesign.output.pictures import (
+from gradedesign.mechanics.explicit.support_zones import SupportZone
+from gradedesign.program.pictures import _opengl, pictures, visible
+from gradedesign.program.pictures import without_octant as octants
+from gradedesign.program.pictures._visible_kernels import front_triangles
+from gradedesign.program.pictures.action_mark import SHORTEST, ActionMark
+from gradedesign.program.pictures.label_places import label_box
+from gradedesign.program.pictures.marks import action_marks, loads_note, region_marks, warming_note
+from gradedesign.program.pictures.pictures import (
     RegionMark,
     picture_deformed,
     picture_density,
@@ -33,7 +38,7 @@ from gradedesign.output.pictures import (
     picture_stress,
     round_factor,
 )
-from gradedesign.output.scene import (
+from gradedesign.program.pictures.scene import (
     SIZE,
     Layer,
     Scene,
@@ -43,11 +48,6 @@ from gradedesign.output.scene import (
     sharp_edges,
     thinned,
 )
-from gradedesign.part.box import box_surface
-from gradedesign.part.part import read_part
-from gradedesign.part.signed_distance import region_distance
-from gradedesign.results.marks import action_marks, loads_note, region_marks, warming_note
-from gradedesign.verify.support_zones import SupportZone
 
 CASES = Path(__file__).parents[2] / "cases"
 BALL = extract_surface(lambda p: np.sqrt((p**2).sum(axis=0)) - 1.0, [-2] * 3, [2] * 3, 0.1)

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from small_parts import WALLS, box_part, held_bar
 
-from gradedesign.case.read_case import load_case
-from gradedesign.case.schema import CaseFile
-from gradedesign.check.check_case import check_case
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.case.schema import CaseFile
+from gradedesign.design.check.check_case import check_case
+from gradedesign.design.resolve.own_cell import with_own_cell
 from gradedesign.errors import CaseError, GradeDesignError
-from gradedesign.material.power_law import power_law
-from gradedesign.material.scaling_law import LawOrigin
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.own_cell import with_own_cell
+from gradedesign.mechanics.material.power_law import power_law
+from gradedesign.mechanics.material.scaling_law import LawOrigin
+from gradedesign.program.host.registry import build_registry
 
 PART = box_part(24, 12, 12, 6)
 CASE = (
@@ -51,8 +51,8 @@ def registry():
 @pytest.fixture
 def box_file(tmp_path):
     """A box of 24 x 12 x 12 mm as STL."""
-    from gradedesign.output.write_stl import write_stl
-    from gradedesign.part.box import box_surface
+    from gradedesign.geometry.formats.write_stl import write_stl
+    from gradedesign.geometry.part.box import box_surface
 
     write_stl(tmp_path / "part.stl", box_surface((24.0, 12.0, 12.0)))
 
@@ -139,7 +139,7 @@ def test_one_place(old, new, key, at, words, box_file, registry, tmp_path):
 
 
 def test_a_key_is_told_from_a_file():
-    from gradedesign.case.problems import is_key
+    from gradedesign.common.values.problems import is_key
 
     assert is_key(CaseFile, "part.units")
     assert is_key(CaseFile, "load_case[0].fix[1].region")
@@ -177,8 +177,8 @@ def test_a_wrong_unit_is_asked_for_before_a_region(units, size, box_file, regist
 def test_microns_are_a_unit(box_file, registry, tmp_path):
     (tmp_path / "case.toml").write_text(CASE.replace(PART, FILE.replace('"mm"', '"um"')))
     case = load_case(tmp_path)
-    from gradedesign.part.part import read_part
-    from gradedesign.resolve.part_readers import part_readers
+    from gradedesign.design.resolve.part_readers import part_readers
+    from gradedesign.geometry.part.part import read_part
 
     part = read_part(case, part_readers(case, registry))
     assert np.ptp(part.surface.vertices, axis=0) == pytest.approx([0.024, 0.012, 0.012])

@@ -6,8 +6,8 @@ import pytest
 from scipy.spatial import Delaunay
 
 from gradedesign.errors import MeshError
-from gradedesign.mesh.point_location import build_locator, locate
-from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
+from gradedesign.geometry.tets.point_location import build_locator, locate
+from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
 
 
 def random_mesh(seed, count=150):

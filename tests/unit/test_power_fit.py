@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gradedesign.design.resolve.choose_law import choose_law
 from gradedesign.errors import DensityError
-from gradedesign.material.power_fit import fit_power, gibson_ashby, softest_modulus
-from gradedesign.material.scaling_law import has_strength
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.choose_law import choose_law
+from gradedesign.mechanics.material.power_fit import fit_power, gibson_ashby, softest_modulus
+from gradedesign.mechanics.material.scaling_law import has_strength
+from gradedesign.program.host.registry import build_registry
 
 
 def test_cells_states_power_laws_that_hold_in_their_windows(cli):

@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import pytest
 
-from gradedesign.loop.predicted_cost import (
+from gradedesign.design.acceptance.acceptance import choose_scope
+from gradedesign.design.acceptance.meshed_anew import mesher_tets
+from gradedesign.design.loop.predicted_cost import (
     MEASURED,
     WITHIN,
     RunWork,
     learned_speed,
     predict_cost,
 )
-from gradedesign.verify.acceptance import choose_scope
-from gradedesign.verify.meshed_anew import mesher_tets
-from gradedesign.verify.tets import solve_seconds
+from gradedesign.mechanics.explicit.tets import solve_seconds
 
 #: Of `cases/mini`: its own numbers of the first iteration, whole lattice re-meshed.
 MINI = RunWork(

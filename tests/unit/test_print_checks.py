@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 from manifold3d import CrossSection, Manifold
 
-from gradedesign.case.print_schema import PrintLimitsSpec, PrintSpec
-from gradedesign.case.wall_checks import feather_problems
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.row import LimitRow
-from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.output.report import render_report
-from gradedesign.output.result import RunResult, as_json, from_json
-from gradedesign.resolve import print_checks
-from gradedesign.results.printable import with_print_limits
-from gradedesign.verify.printability import measure_printability
-from gradedesign.verify.wall_thickness import wall_thickness
+from gradedesign.design.case.wall_checks import feather_problems
+from gradedesign.design.printing import print_checks
+from gradedesign.design.printing.print_schema import PrintLimitsSpec, PrintSpec
+from gradedesign.design.printing.printability import measure_printability
+from gradedesign.design.printing.wall_thickness import wall_thickness
+from gradedesign.design.verdict.printable import with_print_limits
+from gradedesign.design.verdict.result import RunResult, as_json, from_json
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.program.outputs.report import render_report
 
 CASE = """\
 [case]

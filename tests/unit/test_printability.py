@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 from manifold3d import CrossSection, Manifold
 
-from gradedesign.case.print_schema import PrintLimitsSpec, PrintSpec
-from gradedesign.lattice.surface import extract_surface
-from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
-from gradedesign.mesh.voxels import grid_around, solid_voxels
-from gradedesign.part.box import box_surface
-from gradedesign.verify.as_built import as_built
-from gradedesign.verify.feather_edges import feather_edges
-from gradedesign.verify.layer_islands import layer_islands
-from gradedesign.verify.overhang import overhang
-from gradedesign.verify.printability import grid_step, measure_printability
-from gradedesign.verify.voids import measure_voids
-from gradedesign.verify.wall_thickness import wall_thickness
+from gradedesign.design.printing.as_built import as_built
+from gradedesign.design.printing.feather_edges import feather_edges
+from gradedesign.design.printing.layer_islands import layer_islands
+from gradedesign.design.printing.overhang import overhang
+from gradedesign.design.printing.print_schema import PrintLimitsSpec, PrintSpec
+from gradedesign.design.printing.printability import grid_step, measure_printability
+from gradedesign.design.printing.voids import measure_voids
+from gradedesign.design.printing.wall_thickness import wall_thickness
+from gradedesign.geometry.contour.surface import extract_surface
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.geometry.triangles.voxels import grid_around, solid_voxels
 
 UP = np.array([0.0, 0.0, 1.0])
 Z = np.eye(3)

@@ -4,20 +4,20 @@ import numpy as np
 import pytest
 import trimesh
 
+from gradedesign.design.acceptance import body_comparison
+from gradedesign.design.acceptance.body import measure_body, void_warnings
+from gradedesign.design.acceptance.body_comparison import comparison_warnings
+from gradedesign.design.acceptance.printed_body import measure_printed, phase_volumes
+from gradedesign.design.printing import wall_thickness as measuring
+from gradedesign.design.printing.wall_thickness import wall_thickness
 from gradedesign.errors import MeshError
 from gradedesign.fields import periodic_distance_to_level_set
-from gradedesign.lattice.domain import DesignDomain, PassiveRegion
-from gradedesign.lattice.skin import Skin
-from gradedesign.lattice.surface import extract_surface
-from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.part.box import box_surface
-from gradedesign.part.signed_distance import surface_distance
-from gradedesign.verify import body_comparison
-from gradedesign.verify import wall_thickness as measuring
-from gradedesign.verify.body import measure_body, void_warnings
-from gradedesign.verify.body_comparison import comparison_warnings
-from gradedesign.verify.printed_body import measure_printed, phase_volumes
-from gradedesign.verify.wall_thickness import wall_thickness
+from gradedesign.geometry.contour.surface import extract_surface
+from gradedesign.geometry.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.geometry.lattice.skin import Skin
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.signed_distance import surface_distance
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 
 def as_surface(*meshes):

@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gradedesign.errors import MeshError
-from gradedesign.lattice.surface import extract_surface
-from gradedesign.mesh.closest import build_triangle_tree, closest_triangles
-from gradedesign.mesh.columns import build_columns, winding_at
-from gradedesign.mesh.printed_field import printed_field
-from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
-from gradedesign.mesh.winding import winding_numbers
-from gradedesign.part.box import box_surface
+from gradedesign.geometry.contour.surface import extract_surface
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.triangles.closest import build_triangle_tree, closest_triangles
+from gradedesign.geometry.triangles.columns import build_columns, winding_at
+from gradedesign.geometry.triangles.printed_field import printed_field
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
+from gradedesign.geometry.triangles.winding import winding_numbers
 
 
 def as_surface(mesh):

@@ -5,16 +5,16 @@ from types import SimpleNamespace
 import pytest
 
 from gradedesign import pipeline
+from gradedesign.common.system.progress import ignore
+from gradedesign.design.loop import exported_surface as exporting
+from gradedesign.design.loop.announce import Announcer
+from gradedesign.design.resolve import lattice_files
+from gradedesign.design.resolve.lattice_files import STL_NAME
 from gradedesign.errors import ResourceError
-from gradedesign.lattice.islands import Islands
-from gradedesign.loop import exported_surface as exporting
-from gradedesign.loop.announce import Announcer
-from gradedesign.output.write_stl import write_stl
-from gradedesign.part.box import box_surface
-from gradedesign.resolve import lattice_files
-from gradedesign.resolve.lattice_files import STL_NAME
-from gradedesign.workspace.progress import ignore
-from gradedesign.workspace.run_folder import open_run_folder
+from gradedesign.geometry.contour.islands import Islands
+from gradedesign.geometry.formats.write_stl import write_stl
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.program.store.run_folder import open_run_folder
 
 BOX = box_surface((4.0, 2.0, 1.0))
 

@@ -15,11 +15,8 @@ from numba import njit
 from numba.core import event
 from rich.console import Console
 
-from gradedesign.cli import progress_lines, show
-from gradedesign.cli.progress_lines import ProgressLines, clock, status_text
-from gradedesign.fe.conjugate_gradients import _share_done
-from gradedesign.workspace.limits import resident_memory_bytes
-from gradedesign.workspace.progress import (
+from gradedesign.common.system.limits import resident_memory_bytes
+from gradedesign.common.system.progress import (
     Event,
     Step,
     Watch,
@@ -28,6 +25,9 @@ from gradedesign.workspace.progress import (
     stepping,
     watching,
 )
+from gradedesign.mechanics.solver.conjugate_gradients import _share_done
+from gradedesign.program.commands import progress_lines, show
+from gradedesign.program.commands.progress_lines import ProgressLines, clock, status_text
 
 CASES = Path(__file__).parents[2] / "cases"
 #: Stage, steps, share where known, seconds; time of the budget; memory.

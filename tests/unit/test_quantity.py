@@ -5,8 +5,8 @@ import time
 
 import pytest
 
-from gradedesign.case.quantity import normal_unit, parse_quantity
-from gradedesign.case.units import DIMENSIONS
+from gradedesign.common.values.quantity import normal_unit, parse_quantity
+from gradedesign.common.values.units import DIMENSIONS
 from gradedesign.errors import CaseError
 
 # Origin of the factors: the SI prefixes; inch = 25.4 mm, pound = 0.45359237 kg and standard

@@ -14,15 +14,15 @@ import pytest
 from typer.main import get_command
 
 from gradedesign import errors, load_case, run
-from gradedesign.cli.app import app
-from gradedesign.cli.progress_lines import ProgressLines
-from gradedesign.cli.run import print_verdict
+from gradedesign.design.loop.announce import Announcer
+from gradedesign.design.verdict import reasons
+from gradedesign.design.verdict.result import Iteration, LimitIteration
 from gradedesign.errors import GradeDesignError
-from gradedesign.limits.banded import Banded
-from gradedesign.limits.key import LimitKey
-from gradedesign.loop.announce import Announcer
-from gradedesign.output.result import Iteration, LimitIteration
-from gradedesign.results import reasons
+from gradedesign.mechanics.limits.banded import Banded
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.program.commands.app import app
+from gradedesign.program.commands.progress_lines import ProgressLines
+from gradedesign.program.commands.run import print_verdict
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

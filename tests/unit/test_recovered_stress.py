@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from gradedesign.fe.recovered_stress import at_nodes, recovered_stress
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.stiffness import IsotropicStiffness
-from gradedesign.fe.stress import element_stress, nodal_average, von_mises
-from gradedesign.fe.stress_percentile import EIGHTHS, judged_shares, stress_percentile
-from gradedesign.mesh.tet_mesh import TetMesh
-from gradedesign.part.part_mesh import box_part_mesh
+from gradedesign.geometry.part.part_mesh import box_part_mesh
+from gradedesign.geometry.tets.tet_mesh import TetMesh
+from gradedesign.mechanics.fe.recovered_stress import at_nodes, recovered_stress
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.stiffness import IsotropicStiffness
+from gradedesign.mechanics.fe.stress import element_stress, nodal_average, von_mises
+from gradedesign.mechanics.fe.stress_percentile import EIGHTHS, judged_shares, stress_percentile
 
 LENGTH, DEPTH = 4.0, 2.0
 YOUNG, CURVATURE = 1000.0, 0.01

@@ -7,19 +7,19 @@ import pytest
 from small_parts import WALLS, box_part, held_bar
 
 import gradedesign_layers
-from gradedesign.case.read_case import load_case
-from gradedesign.check.check_case import check_case
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.check.check_case import check_case
+from gradedesign.design.resolve.resolved_case import resolve_case
+from gradedesign.design.resolve.setup import prepare
 from gradedesign.errors import CaseError, PluginError, ResourceError
-from gradedesign.fe.direct import SUPERLU_LIMIT
-from gradedesign.fe.linear_solver import LinearSolver
-from gradedesign.fe.scikit_fem import MOST_UNKNOWNS, SCIKIT_FEM
-from gradedesign.material.power_law import power_law
-from gradedesign.material.scaling_law import LawOrigin
-from gradedesign.output.exporter import Exporter
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.resolved_case import resolve_case
-from gradedesign.resolve.setup import prepare
-from gradedesign.verify.finite_cells import FINITE_CELLS
+from gradedesign.geometry.formats.exporter import Exporter
+from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS
+from gradedesign.mechanics.fe.scikit_fem import MOST_UNKNOWNS, SCIKIT_FEM
+from gradedesign.mechanics.material.power_law import power_law
+from gradedesign.mechanics.material.scaling_law import LawOrigin
+from gradedesign.mechanics.solver.direct import SUPERLU_LIMIT
+from gradedesign.mechanics.solver.linear_solver import LinearSolver
+from gradedesign.program.host.registry import build_registry
 
 CASE = (
     held_bar(box_part(24, 12, 12, 6), name="plate", force="0 N, 0 N, -4 N")
@@ -124,7 +124,7 @@ def test_the_run_refuses_by_the_same_function(cli, tmp_path):
 
 
 def test_the_direct_solver_states_what_superlu_takes(monkeypatch):
-    from gradedesign.fe import direct
+    from gradedesign.mechanics.solver import direct
 
     if direct.direct_method(SUPERLU_LIMIT + 1) is None:
         assert direct.DIRECT.refusal(SUPERLU_LIMIT + 1)

@@ -8,14 +8,14 @@ import manifold3d
 import numpy as np
 import pytest
 
-from gradedesign.case.regions_schema import RegionSpec
 from gradedesign.errors import CaseError
-from gradedesign.part._clip import clip_to_box
-from gradedesign.part._face_filters import point_distance
-from gradedesign.part.box import box_surface
-from gradedesign.part.regions import select_regions
-from gradedesign.part.repair import build_surface
-from gradedesign.part.smooth_faces import segment_faces
+from gradedesign.geometry.part._clip import clip_to_box
+from gradedesign.geometry.part._face_filters import point_distance
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.regions import select_regions
+from gradedesign.geometry.part.regions_schema import RegionSpec
+from gradedesign.geometry.part.repair import build_surface
+from gradedesign.geometry.part.smooth_faces import segment_faces
 
 
 def mm(*values):

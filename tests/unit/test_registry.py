@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from gradedesign import CaseError, CellFamily, LawOrigin, PluginError, hookimpl, power_law
-from gradedesign.material.scaling_law import has_strength
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.choose_law import AUTO_KINDS, choose_law
-from gradedesign.resolve.registry import lookup
+from gradedesign.design.resolve.choose_law import AUTO_KINDS, choose_law
+from gradedesign.design.resolve.registry import lookup
+from gradedesign.mechanics.material.scaling_law import has_strength
+from gradedesign.program.host.registry import build_registry
 
 
 def shape(u):

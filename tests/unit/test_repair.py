@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import CaseError, PartError
-from gradedesign.mesh.surface_mesh import corner_points, enclosed_volume, open_edge_count
-from gradedesign.mesh.winding import winding_numbers
-from gradedesign.part.box import box_surface
-from gradedesign.part.repair import build_surface
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.repair import build_surface
+from gradedesign.geometry.triangles.surface_mesh import (
+    corner_points,
+    enclosed_volume,
+    open_edge_count,
+)
+from gradedesign.geometry.triangles.winding import winding_numbers
 
 BOX = corner_points(box_surface((10.0, 10.0, 10.0)))
 RNG = np.random.default_rng(20)

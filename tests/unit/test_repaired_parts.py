@@ -10,9 +10,9 @@ import pytest
 from damaged_shapes import ANNULUS, CUBE, binary, box, corners_of, cube, ring, rod, swept, text
 from small_parts import held_bar
 
-from gradedesign.case.read_generate import load_generate_case
-from gradedesign.part.part import read_part
-from gradedesign.part.read_stl import read_stl
+from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.geometry.formats.read_stl import read_stl
+from gradedesign.geometry.part.part import read_part
 
 
 class File(NamedTuple):

@@ -8,11 +8,11 @@ from html.parser import HTMLParser
 import jinja2
 import pytest
 
-from gradedesign.limits.banded import Banded
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.row import LimitRow
-from gradedesign.output.report import render_report
-from gradedesign.output.result import Iteration, LimitIteration, RunResult
+from gradedesign.design.verdict.result import Iteration, LimitIteration, RunResult
+from gradedesign.mechanics.limits.banded import Banded
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.program.outputs.report import render_report
 
 PNG = b"\x89PNG\r\n\x1a\n" + bytes(20)
 

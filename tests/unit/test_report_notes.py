@@ -6,13 +6,13 @@ from html import unescape
 
 import pytest
 
-from gradedesign.cli.run import print_verdict
-from gradedesign.limits.banded import Banded
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.row import LimitRow
-from gradedesign.output.report import render_report
-from gradedesign.output.result import RunResult
-from gradedesign.output.scope_words import scope_words
+from gradedesign.design.verdict.result import RunResult
+from gradedesign.design.verdict.scope_words import scope_words
+from gradedesign.mechanics.limits.banded import Banded
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.program.commands.run import print_verdict
+from gradedesign.program.outputs.report import render_report
 
 
 def measure(value, maximum, share=0.004):

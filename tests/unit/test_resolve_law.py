@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from gradedesign import CellFamily, power_law
-from gradedesign.cell.calibration import calibrate
+from gradedesign.design.resolve import resolve_law as module
+from gradedesign.design.resolve.resolve_law import resolve_law as resolve
+from gradedesign.design.resolve.resolve_law import stress_basis
 from gradedesign.errors import CaseError
-from gradedesign.limits.local_stress import percentile_warnings
-from gradedesign.material.local_stress_law import LocalStressLaw
-from gradedesign.material.scaling_law import LawOrigin
-from gradedesign.material.strength_surface import StrengthSurface
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve import resolve_law as module
-from gradedesign.resolve.resolve_law import resolve_law as resolve
-from gradedesign.resolve.resolve_law import stress_basis
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.mechanics.limits.local_stress import percentile_warnings
+from gradedesign.mechanics.material.local_stress_law import LocalStressLaw
+from gradedesign.mechanics.material.scaling_law import LawOrigin
+from gradedesign.mechanics.material.strength_surface import StrengthSurface
+from gradedesign.program.host.registry import build_registry
 
 
 def shape(u, bend=0.5):

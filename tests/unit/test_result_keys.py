@@ -12,14 +12,14 @@ from result_keys import documented, undocumented
 from small_parts import SHORT_BAR
 
 import gradedesign
-from gradedesign.limits.banded import Banded
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.row import LimitRow
-from gradedesign.loop.predicted_cost import CostPrediction
-from gradedesign.output.result import Iteration, LimitIteration, RunResult
-from gradedesign.verify.body import Body
-from gradedesign.verify.body_comparison import BodyComparison
-from gradedesign.verify.measures import StressMeasure
+from gradedesign.design.acceptance.body import Body
+from gradedesign.design.acceptance.body_comparison import BodyComparison
+from gradedesign.design.loop.predicted_cost import CostPrediction
+from gradedesign.design.verdict.result import Iteration, LimitIteration, RunResult
+from gradedesign.mechanics.explicit.measures import StressMeasure
+from gradedesign.mechanics.limits.banded import Banded
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.row import LimitRow
 
 SOURCES = Path(gradedesign.__file__).parent.rglob("*.py")
 CASE = (
@@ -120,8 +120,8 @@ def test_a_result_says_where_it_comes_from(tmp_path):
 
 @pytest.mark.usefixtures("undrawn")
 def test_checksums_are_those_of_the_files(cli, tmp_path):
-    from gradedesign.output.write_stl import write_stl
-    from gradedesign.part.box import box_surface
+    from gradedesign.geometry.formats.write_stl import write_stl
+    from gradedesign.geometry.part.box import box_surface
 
     write_stl(tmp_path / "block.stl", box_surface((8.0, 8.0, 8.0)))
     (tmp_path / "case.toml").write_text(

@@ -7,16 +7,16 @@ import pytest
 from skfem import MeshTet
 
 from gradedesign.errors import SolverError
-from gradedesign.fe.assembly import assemble, assembly_pattern, matvec
-from gradedesign.fe.rigid_modes import (
+from gradedesign.geometry.tets.tet_mesh import TetMesh
+from gradedesign.mechanics.fe.assembly import assemble, assembly_pattern, matvec
+from gradedesign.mechanics.fe.rigid_modes import (
     connected_pieces,
     free_pieces,
     require_held,
     rigid_body_modes,
 )
-from gradedesign.fe.space import TetSpace, tet_space
-from gradedesign.fe.stiffness import IsotropicStiffness
-from gradedesign.mesh.tet_mesh import TetMesh
+from gradedesign.mechanics.fe.space import TetSpace, tet_space
+from gradedesign.mechanics.fe.stiffness import IsotropicStiffness
 
 
 def boxes(*offsets: float, order: int = 2) -> TetSpace:

@@ -14,10 +14,10 @@ import psutil
 import pytest
 from oracles.peak_memory import peak_memory_bytes
 
+from gradedesign.common.system.limits import Deadline, available_memory_bytes
+from gradedesign.common.system.progress import Event, ignore
 from gradedesign.errors import CaseError
-from gradedesign.workspace.limits import Deadline, available_memory_bytes
-from gradedesign.workspace.progress import Event, ignore
-from gradedesign.workspace.run_folder import open_run_folder
+from gradedesign.program.store.run_folder import open_run_folder
 
 HASH = "a" * 64
 OTHER = "b" * 64
@@ -197,7 +197,7 @@ def test_stages_come_back_for_the_same_key_only(tmp_path, caplog):
 @pytest.mark.parametrize("damage", ["flip", "cut", "renamed", "schema"])
 def test_a_damaged_stage_is_absent_and_said_so(tmp_path, damage, caplog, monkeypatch):
     if damage == "schema":
-        monkeypatch.setattr("gradedesign.workspace.run_folder._SCHEMA", 0)
+        monkeypatch.setattr("gradedesign.program.store.run_folder._SCHEMA", 0)
     with opened(tmp_path / "run") as run:
         run.save_stage("sizing-2", "key", {"rho": np.arange(5.0)}, {})
         run.save_stage("sizing-3", "key", {"rho": np.arange(3.0)}, {})
@@ -223,7 +223,7 @@ def test_two_runs_in_one_folder(tmp_path):
             opened(tmp_path / "run", resume=True)
         program = (
             "import sys, pathlib\n"
-            "from gradedesign.workspace.run_folder import open_run_folder\n"
+            "from gradedesign.program.store.run_folder import open_run_folder\n"
             "open_run_folder(pathlib.Path(sys.argv[1]), 'a' * 64, resume=True, overwrite=False)\n"
         )
         second = subprocess.run(
@@ -237,7 +237,7 @@ def test_two_runs_in_one_folder(tmp_path):
 
 HOLDS = """
 import pathlib, sys, time
-from gradedesign.workspace.run_folder import open_run_folder
+from gradedesign.program.store.run_folder import open_run_folder
 run = open_run_folder(pathlib.Path(sys.argv[1]), 'a' * 64, resume=True, overwrite=False)
 print('held', flush=True)
 time.sleep(60)
@@ -277,7 +277,7 @@ def test_the_owner_on_another_machine_is_respected(tmp_path):
 CHAOS = """
 import itertools, pathlib, sys
 import numpy as np
-from gradedesign.workspace.run_folder import open_run_folder
+from gradedesign.program.store.run_folder import open_run_folder
 with open_run_folder(pathlib.Path(sys.argv[1]), 'a' * 64, resume=True, overwrite=False) as run:
     print('started', flush=True)
     for n in itertools.count(1):
@@ -338,7 +338,7 @@ def test_memory_and_deadline():
 @pytest.mark.parametrize("version", [1, 2])
 def test_a_container_limit_counts(tmp_path, version):
     # Origin: 4000 limit - 3000 used + 500 of file cache that the kernel gives back = 1500 bytes.
-    from gradedesign.workspace.limits import _control_group_rooms
+    from gradedesign.common.system.limits import _control_group_rooms
 
     membership = tmp_path / "cgroup"
     root = tmp_path / "sys"

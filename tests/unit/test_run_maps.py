@@ -6,29 +6,29 @@ import numpy as np
 import pytest
 from small_parts import WALLS, box_part, held_bar
 
-from gradedesign.case.read_case import load_case
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.family import CellFamily
-from gradedesign.cell.local_cells import local_cells
-from gradedesign.cell.size_law import densities_for_sizes
-from gradedesign.cell.wall_size import density_for_wall, wall_mm
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.loop.graded_cells import with_cells
+from gradedesign.design.loop.iteration_steps import build_design, density_grid, explicit_spacing
+from gradedesign.design.resolve import resolve_law as law_module
+from gradedesign.design.resolve.oriented import oriented
+from gradedesign.design.resolve.setup import prepare
+from gradedesign.design.resolve.solid import solve_solid
+from gradedesign.design.resolve.wall_grading import wall_grading
 from gradedesign.errors import CaseError, DensityError, LatticeError
-from gradedesign.fe.element_points import element_points
-from gradedesign.lattice.lattice import density_at
-from gradedesign.lattice.skin import Skin
-from gradedesign.loop.graded_cells import with_cells
-from gradedesign.loop.iteration_steps import build_design, density_grid, explicit_spacing
-from gradedesign.material.power_law import power_law
-from gradedesign.material.scaling_law import LawOrigin
-from gradedesign.mesh.tet_mesh import centroids
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve import resolve_law as law_module
-from gradedesign.resolve.oriented import oriented
-from gradedesign.resolve.setup import prepare
-from gradedesign.resolve.solid import solve_solid
-from gradedesign.resolve.wall_grading import wall_grading
-from gradedesign.sizing.homogenised_model import bond_matrix
-from gradedesign.verify.neighbourhoods import neighbourhood_cells
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.geometry.cell.wall_size import density_for_wall, wall_mm
+from gradedesign.geometry.lattice.lattice import density_at
+from gradedesign.geometry.lattice.skin import Skin
+from gradedesign.geometry.maps.local_cells import local_cells
+from gradedesign.geometry.maps.size_law import densities_for_sizes
+from gradedesign.geometry.tets.tet_mesh import centroids
+from gradedesign.mechanics.explicit.neighbourhoods import neighbourhood_cells
+from gradedesign.mechanics.fe.element_points import element_points
+from gradedesign.mechanics.material.power_law import power_law
+from gradedesign.mechanics.material.scaling_law import LawOrigin
+from gradedesign.mechanics.sizing.homogenised_model import bond_matrix
+from gradedesign.program.host.registry import build_registry
 
 CASE = (
     held_bar(

@@ -5,12 +5,12 @@ from pathlib import Path
 import pytest
 
 import gradedesign
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.row import LimitRow
-from gradedesign.loop.predicted_cost import WITHIN
-from gradedesign.loop.run_work import guessed_density, run_work
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.setup import prepare
+from gradedesign.design.loop.predicted_cost import WITHIN
+from gradedesign.design.loop.run_work import guessed_density, run_work
+from gradedesign.design.resolve.setup import prepare
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.program.host.registry import build_registry
 
 MINI = Path(__file__).parents[2] / "cases" / "mini"
 

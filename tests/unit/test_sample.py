@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import LatticeError
-from gradedesign.lattice.sample import grid_points, sample_slabs
+from gradedesign.geometry.contour.sample import grid_points, sample_slabs
 
 LOWER = np.array([-1.0, 2.0, 0.5])
 

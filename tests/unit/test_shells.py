@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 import trimesh
 
-from gradedesign.lattice.domain import DesignDomain
-from gradedesign.lattice.lattice import LatticeDesign
-from gradedesign.lattice.skin import Skin
-from gradedesign.lattice.trim import trimmed_surface
-from gradedesign.mesh.crossings import TOUCHING, crossing_triangles
-from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
-from gradedesign.part.box import box_surface
-from gradedesign.part.signed_distance import surface_distance
+from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.lattice import LatticeDesign
+from gradedesign.geometry.lattice.skin import Skin
+from gradedesign.geometry.lattice.trim import trimmed_surface
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.signed_distance import surface_distance
+from gradedesign.geometry.triangles.crossings import TOUCHING, crossing_triangles
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
 
 #: Nothing is solid but the skin.
 NOTHING = {

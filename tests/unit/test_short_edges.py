@@ -3,9 +3,13 @@
 import numpy as np
 import pytest
 
-from gradedesign.lattice.surface import extract_surface
-from gradedesign.mesh.short_edges import used_only, without_short_edges
-from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume, open_edge_count
+from gradedesign.geometry.contour.surface import extract_surface
+from gradedesign.geometry.triangles.short_edges import used_only, without_short_edges
+from gradedesign.geometry.triangles.surface_mesh import (
+    SurfaceMesh,
+    enclosed_volume,
+    open_edge_count,
+)
 
 
 def lengths(surface):

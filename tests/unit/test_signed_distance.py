@@ -8,9 +8,9 @@ import pytest
 import trimesh
 
 from gradedesign.errors import MeshError, PartError
-from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
-from gradedesign.part.box import box_surface
-from gradedesign.part.signed_distance import region_distance, surface_distance
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.signed_distance import region_distance, surface_distance
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
 
 PARTS = Path(__file__).resolve().parents[3] / "shared" / "parts"
 

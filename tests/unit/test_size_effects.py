@@ -3,7 +3,7 @@
 import pytest
 
 from gradedesign import load_case, run
-from gradedesign.workspace.progress import Event
+from gradedesign.common.system.progress import Event
 
 # A bar one simple cubic cell thick and two wide, faces 1 mm outside the axes of its struts.
 CASE = """\

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.family import CellFamily
-from gradedesign.cell.size_law import (
+from gradedesign.errors import CaseError, DensityError
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.geometry.maps.size_law import (
     size_by_ratio,
     size_field_by_ratio,
     size_field_for_wall,
     size_for_wall,
     wall_ratio,
 )
-from gradedesign.errors import CaseError, DensityError
 
 # alpha, beta, gamma of Ramirez Salazar 2022, eq. 2.10 and 2.11.
 PRIMITIVE = (2.946, 0.711, 1.135)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from gradedesign.cell import size_tolerance
-from gradedesign.cell.map_report import map_report, volume_points
-from gradedesign.cell.phase_fields import graded_size_map
+from gradedesign.geometry.maps import size_tolerance
+from gradedesign.geometry.maps.map_report import map_report, volume_points
+from gradedesign.geometry.maps.phase_fields import graded_size_map
 
 LOWER, UPPER = np.zeros(3), np.array([300.0, 100.0, 60.0])
 POINTS = volume_points(None, LOWER, UPPER, 8000)

@@ -6,16 +6,16 @@ from functools import cache
 import numpy as np
 import pytest
 
-from gradedesign.case.read_generate import load_generate_case
+from gradedesign.design.case.read_generate import load_generate_case
 from gradedesign.errors import CaseError
-from gradedesign.generate.generate import generate
-from gradedesign.lattice.domain import LATTICE, SKIN, DesignDomain, phase_at
-from gradedesign.lattice.joint_volume import joint_volume
-from gradedesign.lattice.lattice import LatticeDesign, lattice_field
-from gradedesign.lattice.skin import Skin
-from gradedesign.part.box import box_surface
-from gradedesign.part.signed_distance import surface_distance
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.lattice.domain import LATTICE, SKIN, DesignDomain, phase_at
+from gradedesign.geometry.lattice.joint_volume import joint_volume
+from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
+from gradedesign.geometry.lattice.skin import Skin
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.signed_distance import surface_distance
+from gradedesign.program.generate.generate import generate
+from gradedesign.program.host.registry import build_registry
 
 SIZE = np.array([12.0, 8.0, 8.0])
 

@@ -4,14 +4,14 @@ import manifold3d
 import numpy as np
 import pytest
 
-from gradedesign.lattice.density_grid import DensityGrid
-from gradedesign.lattice.domain import DesignDomain
-from gradedesign.lattice.lattice import LatticeDesign, lattice_field
-from gradedesign.lattice.skin import Skin
-from gradedesign.lattice.slab_density import slab_density, slab_edges, total, volumes_below
-from gradedesign.lattice.trim import trimmed_surface
-from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.part.box import box_surface
+from gradedesign.geometry.lattice.density_grid import DensityGrid
+from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
+from gradedesign.geometry.lattice.skin import Skin
+from gradedesign.geometry.lattice.slab_density import slab_density, slab_edges, total, volumes_below
+from gradedesign.geometry.lattice.trim import trimmed_surface
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 
 def test_volumes_below_planes_of_a_tilted_tetrahedron_and_a_box():

@@ -5,10 +5,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from gradedesign.case.run_schema import RunSpec
-from gradedesign.verify.analysis import PlannedSolid
-from gradedesign.verify.finite_cells import AFFORDABLE, FINITE_CELLS
-from gradedesign.verify.small_solid import FINEST, small_solid_spacing
+from gradedesign.design.case.run_schema import RunSpec
+from gradedesign.mechanics.explicit.analysis import PlannedSolid
+from gradedesign.mechanics.explicit.finite_cells import AFFORDABLE, FINITE_CELLS
+from gradedesign.mechanics.explicit.small_solid import FINEST, small_solid_spacing
 
 BOX = PlannedSolid(
     box=(40.0, 20.0, 20.0), volume=5000.0, projections=6000.0, curvature=0.0, load_cases=1

@@ -9,13 +9,13 @@ import manifold3d
 import numpy as np
 import pytest
 
-from gradedesign.mesh.surface_mesh import area_vectors, enclosed_volume
-from gradedesign.part._face_fits import Cylinder, without_order
-from gradedesign.part.box import box_surface
-from gradedesign.part.raw_triangles import in_mm
-from gradedesign.part.read_stl import read_stl
-from gradedesign.part.repair import build_surface
-from gradedesign.part.smooth_faces import segment_faces
+from gradedesign.geometry.formats.read_stl import read_stl
+from gradedesign.geometry.part._face_fits import Cylinder, without_order
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.raw_triangles import in_mm
+from gradedesign.geometry.part.repair import build_surface
+from gradedesign.geometry.part.smooth_faces import segment_faces
+from gradedesign.geometry.triangles.surface_mesh import area_vectors, enclosed_volume
 
 SOLID, OUTLINE = manifold3d.Manifold, manifold3d.CrossSection
 PARTS = Path(__file__).parents[3] / "shared" / "parts"

@@ -8,23 +8,23 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from gradedesign.fe.stiffness import PAIRS, UNIFORM, mean_of
-from gradedesign.lattice._solid_moment_kernels import negative_moments
-from gradedesign.lattice.domain import DesignDomain, PassiveRegion, phase_at
-from gradedesign.lattice.drain import Drain
-from gradedesign.lattice.joint_volume import interior_points
-from gradedesign.lattice.skin import Skin
-from gradedesign.lattice.solid_moments import (
+from gradedesign.geometry.lattice.domain import DesignDomain, PassiveRegion, phase_at
+from gradedesign.geometry.lattice.drain import Drain
+from gradedesign.geometry.lattice.joint_volume import interior_points
+from gradedesign.geometry.lattice.skin import Skin
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.part_mesh import box_part_mesh
+from gradedesign.geometry.part.signed_distance import surface_distance
+from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
+from gradedesign.mechanics.fe.stiffness import PAIRS, UNIFORM, mean_of
+from gradedesign.mechanics.sizing._solid_moment_kernels import negative_moments
+from gradedesign.mechanics.sizing.solid_moments import (
     DIVISIONS,
     _divided,
     solid_fraction,
     solid_moments,
     solid_value,
 )
-from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
-from gradedesign.part.box import box_surface
-from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.part.signed_distance import surface_distance
 
 SIZE = (12.0, 8.0, 8.0)
 CORNERS = np.eye(4)

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from gradedesign import load_case, run
-from gradedesign.check.first_answer import first_answer
-from gradedesign.limits.banded import Banded
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.row import LimitRow, row_from_json
-from gradedesign.limits.verdict import unsure_words
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.setup import prepare
-from gradedesign.resolve.solid import solve_solid, with_solid
+from gradedesign.design.check.first_answer import first_answer
+from gradedesign.design.resolve.setup import prepare
+from gradedesign.design.resolve.solid import solve_solid, with_solid
+from gradedesign.mechanics.limits.banded import Banded
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.row import LimitRow, row_from_json
+from gradedesign.mechanics.limits.verdict import unsure_words
+from gradedesign.program.host.registry import build_registry
 
 #: A bar in pure bending: 180 MPa at its surface, so that the percentile is 0.995 of that.
 PERCENTILE = 179.1

@@ -7,24 +7,24 @@ import pytest
 from scipy.spatial import cKDTree
 from small_parts import SHORT_BAR
 
-from gradedesign.case.read_case import load_case
-from gradedesign.case.schema import BoxSpec
-from gradedesign.check.check_case import check_case
-from gradedesign.cli.check_data import passive_solids
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.case.schema import BoxSpec
+from gradedesign.design.check.check_case import check_case
 from gradedesign.errors import CaseError
-from gradedesign.generate import generate_files
-from gradedesign.lattice.domain import KEPT, grown, phase_at
-from gradedesign.lattice.solid_layers import solid_layers
-from gradedesign.layout.design_domain import design_domain
-from gradedesign.layout.zone_weights import zone_weights
-from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
-from gradedesign.output.write_stl import write_stl
-from gradedesign.part.box import box_surface
-from gradedesign.part.part import read_part
-from gradedesign.part.read_stl import read_stl
-from gradedesign.plugin.registry import build_registry
-from gradedesign.results.marks import region_marks
-from gradedesign.verify.bricks_within_budget import _box_planes
+from gradedesign.geometry.formats.read_stl import read_stl
+from gradedesign.geometry.formats.write_stl import write_stl
+from gradedesign.geometry.lattice.design_domain import design_domain
+from gradedesign.geometry.lattice.domain import KEPT, grown, phase_at
+from gradedesign.geometry.lattice.solid_layers import solid_layers
+from gradedesign.geometry.lattice.zone_weights import zone_weights
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.part import read_part
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.mechanics.explicit.bricks_within_budget import _box_planes
+from gradedesign.program.commands.check_data import passive_solids
+from gradedesign.program.generate import generate_files
+from gradedesign.program.host.registry import build_registry
+from gradedesign.program.pictures.marks import region_marks
 
 READERS = {".stl": read_stl}
 CASE = (

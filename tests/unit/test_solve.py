@@ -10,18 +10,19 @@ import pytest
 from skfem import MeshTet
 
 from gradedesign.errors import ResourceError, SolverError
-from gradedesign.fe import direct, multigrid, multigrid_solver
-from gradedesign.fe.assembly import assemble, assembly_pattern, matvec
-from gradedesign.fe.direct import DIRECT
-from gradedesign.fe.elastic_system import prepare_elastic
-from gradedesign.fe.multigrid_solver import MULTIGRID
-from gradedesign.fe.scikit_fem import SCIKIT_FEM
-from gradedesign.fe.solution import LoadVector
-from gradedesign.fe.solve import predict_memory_bytes, solve_cases, solve_elastic
-from gradedesign.fe.space import TetSpace, tet_space
-from gradedesign.fe.stiffness import AnisotropicStiffness, IsotropicStiffness
-from gradedesign.fe.supports import Supports
-from gradedesign.mesh.tet_mesh import TetMesh
+from gradedesign.geometry.tets.tet_mesh import TetMesh
+from gradedesign.mechanics.fe import multigrid, multigrid_solver
+from gradedesign.mechanics.fe.assembly import assemble, assembly_pattern, matvec
+from gradedesign.mechanics.fe.elastic_system import prepare_elastic
+from gradedesign.mechanics.fe.multigrid_solver import MULTIGRID
+from gradedesign.mechanics.fe.scikit_fem import SCIKIT_FEM
+from gradedesign.mechanics.fe.solution import LoadVector
+from gradedesign.mechanics.fe.solve import predict_memory_bytes, solve_cases, solve_elastic
+from gradedesign.mechanics.fe.space import TetSpace, tet_space
+from gradedesign.mechanics.fe.stiffness import AnisotropicStiffness, IsotropicStiffness
+from gradedesign.mechanics.fe.supports import Supports
+from gradedesign.mechanics.solver import direct
+from gradedesign.mechanics.solver.direct import DIRECT
 
 
 def box(size, shape) -> TetMesh:

@@ -7,8 +7,8 @@ import pytest
 from skfem import Basis, ElementTetP1, ElementTetP2, ElementVector, MeshTet
 
 from gradedesign.errors import MeshError
-from gradedesign.fe.space import edge_ends, skfem_mesh, tet_space, vertex_space
-from gradedesign.mesh.tet_mesh import TetMesh
+from gradedesign.geometry.tets.tet_mesh import TetMesh
+from gradedesign.mechanics.fe.space import edge_ends, skfem_mesh, tet_space, vertex_space
 
 
 def scrambled_box(shape: tuple[int, int, int], seed: int = 7) -> TetMesh:

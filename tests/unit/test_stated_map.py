@@ -5,17 +5,17 @@ import numpy as np
 import pytest
 from small_parts import WALLS
 
-from gradedesign.case.read_generate import load_generate_case
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.family import CellFamily
+from gradedesign.design.case.read_generate import load_generate_case
 from gradedesign.errors import CaseError, DensityError, LatticeError
-from gradedesign.generate.stated_density import stated_density
-from gradedesign.generate.stated_map import stated_map
-from gradedesign.layout.design_domain import design_domain
-from gradedesign.layout.placed_map import lattice_points
-from gradedesign.mesh.tet_mesh import centroids
-from gradedesign.part.part import read_part
-from gradedesign.part.part_mesh import box_part_mesh
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.geometry.lattice.design_domain import design_domain
+from gradedesign.geometry.lattice.placed_map import lattice_points
+from gradedesign.geometry.part.part import read_part
+from gradedesign.geometry.part.part_mesh import box_part_mesh
+from gradedesign.geometry.tets.tet_mesh import centroids
+from gradedesign.program.generate.stated_density import stated_density
+from gradedesign.program.generate.stated_map import stated_map
 
 CASE = """\
 [case]

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from gradedesign import PluginError, read_property_table
-from gradedesign.material.property_table import PropertyTable, write_property_table
-from gradedesign.material.stiffness_constants import (
+from gradedesign.mechanics.material.property_table import PropertyTable, write_property_table
+from gradedesign.mechanics.material.stiffness_constants import (
     constant_errors,
     independent_entries,
     relative_errors,
 )
-from gradedesign.material.tabulated_law import tabulated_law
+from gradedesign.mechanics.material.tabulated_law import tabulated_law
 
 
 def cubic(c11, c12, c44):

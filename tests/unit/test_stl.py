@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import CaseError, PartError
-from gradedesign.mesh.surface_mesh import corner_points
-from gradedesign.part.box import box_surface
-from gradedesign.part.raw_triangles import in_mm
-from gradedesign.part.read_stl import read_stl
+from gradedesign.geometry.formats.read_stl import read_stl
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.raw_triangles import in_mm
+from gradedesign.geometry.triangles.surface_mesh import corner_points
 
 BOX = corner_points(box_surface((10.0, 20.0, 30.0)))
 
@@ -176,7 +176,7 @@ def test_unknown_unit_is_an_error_of_the_case(tmp_path):
 
 
 def test_fast_and_careful_text_parsers_agree():
-    from gradedesign.part._stl_ascii import _parse_fast, _parse_lines
+    from gradedesign.geometry.formats._stl_ascii import _parse_fast, _parse_lines
 
     corners = np.random.default_rng(7).normal(size=(50, 3, 3))
     text = ascii_stl(corners, number="{!r}").replace("np.float64(", "").replace(")", "").encode()

@@ -5,10 +5,10 @@ import pytest
 import trimesh
 
 from gradedesign.errors import CaseError, LatticeError, ResourceError
-from gradedesign.lattice.surface import extract_surface, require_closed
-from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
-from gradedesign.output import write_stl as stl
-from gradedesign.output.write_stl import float32_vertices, surface_of_stl, write_stl
+from gradedesign.geometry.contour.surface import extract_surface, require_closed
+from gradedesign.geometry.formats import write_stl as stl
+from gradedesign.geometry.formats.write_stl import float32_vertices, surface_of_stl, write_stl
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
 
 
 @pytest.fixture(scope="module")

@@ -7,10 +7,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from gradedesign.errors import PluginError
-from gradedesign.homogenise.fit_surface import fit_surface
-from gradedesign.homogenise.macro_directions import spread_directions, von_mises_of
-from gradedesign.homogenise.strength import LocalStress, sampled, stress_factors
-from gradedesign.material.strength_surface import StrengthSurface, symmetric_powers
+from gradedesign.mechanics.homogenise.fit_surface import fit_surface
+from gradedesign.mechanics.homogenise.macro_directions import spread_directions, von_mises_of
+from gradedesign.mechanics.homogenise.strength import LocalStress, sampled, stress_factors
+from gradedesign.mechanics.material.strength_surface import StrengthSurface, symmetric_powers
 
 MISES = np.diag([1.0, 1.0, 1.0, 3.0, 3.0, 3.0])
 MISES[:3, :3] += -0.5 * (1 - np.eye(3))
@@ -80,7 +80,7 @@ def test_surface_is_of_degree_one_and_convex() -> None:
 
 def cubic_copies(operators: np.ndarray) -> np.ndarray:
     """Local stress operators of a few points and their images under the cube's rotations."""
-    from gradedesign.material.strength_surface import _stress_turns
+    from gradedesign.mechanics.material.strength_surface import _stress_turns
 
     return np.concatenate([operators @ t for t in _stress_turns("cubic")], axis=0)
 

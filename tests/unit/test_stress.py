@@ -5,17 +5,17 @@ import pytest
 from skfem import Basis, ElementTetP1, ElementTetP2, ElementVector
 
 from gradedesign.errors import SolverError
-from gradedesign.fe.element_points import barycentric, element_points
-from gradedesign.fe.space import skfem_mesh, tet_space
-from gradedesign.fe.stiffness import AnisotropicStiffness, IsotropicStiffness
-from gradedesign.fe.stress import (
+from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
+from gradedesign.mechanics.fe.element_points import barycentric, element_points
+from gradedesign.mechanics.fe.space import skfem_mesh, tet_space
+from gradedesign.mechanics.fe.stiffness import AnisotropicStiffness, IsotropicStiffness
+from gradedesign.mechanics.fe.stress import (
     element_stress,
     element_von_mises,
     nodal_average,
     von_mises,
     weighted_percentile,
 )
-from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
 
 VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
 MESH = TetMesh(  # two tets that share a face, none of it regular

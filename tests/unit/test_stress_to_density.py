@@ -6,27 +6,31 @@ import numpy as np
 import pytest
 
 import gradedesign
+from gradedesign.design.resolve.resolved_case import resolve_case
+from gradedesign.design.resolve.solid_part import solid_solutions
 from gradedesign.errors import CaseError, DensityError
-from gradedesign.fe.facets import facet_nodes
-from gradedesign.fe.load_case import PartLoadCase
-from gradedesign.fe.loads import traction_force
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.supports import supports_on
-from gradedesign.limits.displacement import DisplacementLimit
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.local_stress import StressLimit
-from gradedesign.material.material import Material
-from gradedesign.material.power_law import power_law
-from gradedesign.material.scaling_law import LawOrigin
-from gradedesign.mesh.tet_mesh import boundary_facets, centroids
-from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.resolved_case import resolve_case
-from gradedesign.resolve.solid_part import solid_solutions
-from gradedesign.sizing.filter import cone_filter, filtered
-from gradedesign.sizing.homogenised_model import homogenised_model
-from gradedesign.sizing.problem import SizingProblem
-from gradedesign.sizing.stress_to_density import mapped_density, size_by_stress, solid_demand
+from gradedesign.geometry.part.part_mesh import box_part_mesh
+from gradedesign.geometry.tets.tet_mesh import boundary_facets, centroids
+from gradedesign.mechanics.fe.facets import facet_nodes
+from gradedesign.mechanics.fe.load_case import PartLoadCase
+from gradedesign.mechanics.fe.loads import traction_force
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.supports import supports_on
+from gradedesign.mechanics.limits.displacement import DisplacementLimit
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.local_stress import StressLimit
+from gradedesign.mechanics.material.material import Material
+from gradedesign.mechanics.material.power_law import power_law
+from gradedesign.mechanics.material.scaling_law import LawOrigin
+from gradedesign.mechanics.sizing.filter import cone_filter, filtered
+from gradedesign.mechanics.sizing.homogenised_model import homogenised_model
+from gradedesign.mechanics.sizing.problem import SizingProblem
+from gradedesign.mechanics.sizing.stress_to_density import (
+    mapped_density,
+    size_by_stress,
+    solid_demand,
+)
+from gradedesign.program.host.registry import build_registry
 
 LENGTH, TRACTION = 16.0, 0.5
 C_STIFF, N_STIFF, C_STRONG, N_STRONG = 0.6, 1.8, 0.4, 1.3

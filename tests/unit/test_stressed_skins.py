@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from gradedesign.case.read_case import load_case
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.resolve.setup import prepare
 from gradedesign.errors import CaseError
-from gradedesign.lattice.skin import skin_thickness
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.setup import prepare
+from gradedesign.geometry.lattice.skin import skin_thickness
+from gradedesign.program.host.registry import build_registry
 
 CASE = """\
 [case]

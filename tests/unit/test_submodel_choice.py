@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from gradedesign import MeshError
-from gradedesign.mesh.surface_mesh import enclosed_volume, open_edge_count
-from gradedesign.part.box import box_surface
-from gradedesign.verify.submodel_choice import (
+from gradedesign.design.acceptance.submodel_choice import (
     Submodel,
     clip_surface,
     cut_facets,
@@ -15,6 +13,8 @@ from gradedesign.verify.submodel_choice import (
     most_stressed_submodels,
     submodel_box,
 )
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.triangles.surface_mesh import enclosed_volume, open_edge_count
 
 
 def test_the_hottest_cells_come_first_and_do_not_overlap():

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from small_parts import box_part, held_bar
 
-from gradedesign.case.read_case import load_case
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.resolve.support_conflicts import common_point, require_agreeing
 from gradedesign.errors import CaseError
-from gradedesign.part.part import read_part
-from gradedesign.part.regions import Region
-from gradedesign.resolve.support_conflicts import common_point, require_agreeing
+from gradedesign.geometry.part.part import read_part
+from gradedesign.geometry.part.regions import Region
 
 CASE = (
     held_bar(

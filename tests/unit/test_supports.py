@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import CaseError, SolverError
-from gradedesign.fe.facets import facet_nodes, facet_owners
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.supports import Supports, supports_at, supports_on
-from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets
+from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_facets
+from gradedesign.mechanics.fe.facets import facet_nodes, facet_owners
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.supports import Supports, supports_at, supports_on
 
 
 def cube(n=2):

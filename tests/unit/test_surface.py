@@ -9,11 +9,15 @@ from oracles.marching_by_cube import triangles_by_cube, triangles_by_place
 from scipy.ndimage import map_coordinates
 
 from gradedesign.errors import LatticeError
-from gradedesign.lattice import _marching_table as table
-from gradedesign.lattice._marching_kernels import _EDGE_AXIS, _EDGE_BASE
-from gradedesign.lattice._side_kernels import BESIDE, BEYOND, DEEP, NEAR, take_out_edges
-from gradedesign.lattice._surface_kernels import shell_volumes, unpaired_edges, vertex_shells
-from gradedesign.lattice.surface import (
+from gradedesign.geometry.contour import _marching_table as table
+from gradedesign.geometry.contour._marching_kernels import _EDGE_AXIS, _EDGE_BASE
+from gradedesign.geometry.contour._side_kernels import BESIDE, BEYOND, DEEP, NEAR, take_out_edges
+from gradedesign.geometry.contour._surface_kernels import (
+    shell_volumes,
+    unpaired_edges,
+    vertex_shells,
+)
+from gradedesign.geometry.contour.surface import (
     END_GAP,
     BoxedGrid,
     boxed_grid,
@@ -21,7 +25,7 @@ from gradedesign.lattice.surface import (
     extract_surface,
     require_closed,
 )
-from gradedesign.mesh.surface_mesh import (
+from gradedesign.geometry.triangles.surface_mesh import (
     SurfaceMesh,
     area_vectors,
     enclosed_volume,

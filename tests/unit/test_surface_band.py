@@ -5,10 +5,10 @@ import pytest
 import trimesh
 
 from gradedesign.errors import PartError
-from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.part.box import box_surface
-from gradedesign.part.signed_distance import surface_distance
-from gradedesign.part.surface_band import surface_band
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.signed_distance import surface_distance
+from gradedesign.geometry.part.surface_band import surface_band
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 
 def ring():

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from skfem import MeshTet
 
-from gradedesign.fe import _conjugate_kernels as kernels
-from gradedesign.fe import sweeps
-from gradedesign.fe.assembly import assemble, assembly_pattern
-from gradedesign.fe.space import TetSpace, tet_space
-from gradedesign.fe.stiffness import IsotropicStiffness
-from gradedesign.fe.sweeps import along_curve, build_sweeps, sweep_down, sweep_up
-from gradedesign.mesh.tet_mesh import TetMesh
+from gradedesign.geometry.tets.tet_mesh import TetMesh
+from gradedesign.mechanics.fe.assembly import assemble, assembly_pattern
+from gradedesign.mechanics.fe.space import TetSpace, tet_space
+from gradedesign.mechanics.fe.stiffness import IsotropicStiffness
+from gradedesign.mechanics.solver import _conjugate_kernels as kernels
+from gradedesign.mechanics.solver import sweeps
+from gradedesign.mechanics.solver.sweeps import along_curve, build_sweeps, sweep_down, sweep_up
 
 
 def block() -> TetSpace:

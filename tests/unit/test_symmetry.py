@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from small_parts import box_part
 
-from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.output.write_stl import write_stl
+from gradedesign.geometry.formats.write_stl import write_stl
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 REST = """
 [material]

@@ -7,9 +7,9 @@ import pytest
 from oracles.turned_stiffness import rotated_stiffness
 
 from gradedesign.errors import DensityError
-from gradedesign.material.property_table import PropertyTable
-from gradedesign.material.strength_surface import StrengthSurface
-from gradedesign.material.tabulated_law import tabulated_law
+from gradedesign.mechanics.material.property_table import PropertyTable
+from gradedesign.mechanics.material.strength_surface import StrengthSurface
+from gradedesign.mechanics.material.tabulated_law import tabulated_law
 
 DENSITY = np.array([0.1, 0.15, 0.2, 0.3, 0.5, 0.8])
 

@@ -3,7 +3,7 @@
 import pytest
 from numba import get_num_threads
 
-from gradedesign.workspace.threads import AHEAD, in_threads
+from gradedesign.common.system.threads import AHEAD, in_threads
 
 
 def test_results_come_in_the_order_of_the_items():

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from oracles.transition_density import density_error
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.family import CellFamily
-from gradedesign.cell.neck import joining_shift, measure_neck
-from gradedesign.cell.shape import spread_points
-from gradedesign.cell.transition import cell_transition
 from gradedesign.errors import DensityError, LatticeError
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.geometry.cell.neck import joining_shift, measure_neck
+from gradedesign.geometry.cell.shape import spread_points
+from gradedesign.geometry.cell.transition import cell_transition
 
 
 def square_distance(u, *axes):

@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 
-from gradedesign.lattice.domain import DesignDomain, PassiveRegion
-from gradedesign.lattice.lattice import LatticeDesign, lattice_field
-from gradedesign.lattice.skin import Skin
-from gradedesign.lattice.trim import trimmed_surface
-from gradedesign.mesh.surface_mesh import (
+from gradedesign.design.printing.feather_edges import feather_edges
+from gradedesign.geometry.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
+from gradedesign.geometry.lattice.skin import Skin
+from gradedesign.geometry.lattice.trim import trimmed_surface
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.signed_distance import surface_distance
+from gradedesign.geometry.triangles.surface_mesh import (
     area_vectors,
     enclosed_volume,
     open_edge_count,
 )
-from gradedesign.part.box import box_surface
-from gradedesign.part.signed_distance import surface_distance
-from gradedesign.verify.feather_edges import feather_edges
 
 SIZE = (12.0, 8.0, 8.0)
 

@@ -8,11 +8,11 @@ import pytest
 import trimesh
 
 from gradedesign.errors import PartError
-from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
-from gradedesign.output.ply import export_ply
-from gradedesign.output.printed_lattice import PrintedLattice
-from gradedesign.output.write_trimesh import export_glb, export_obj, export_off
-from gradedesign.part.read_trimesh import read_glb, read_obj, read_off, read_ply
+from gradedesign.geometry.formats.ply import export_ply
+from gradedesign.geometry.formats.printed_lattice import PrintedLattice
+from gradedesign.geometry.formats.read_trimesh import read_glb, read_obj, read_off, read_ply
+from gradedesign.geometry.formats.write_trimesh import export_glb, export_obj, export_off
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
 
 READ = {"obj": read_obj, "ply": read_ply, "off": read_off, "glb": read_glb}
 WRITE = {"obj": export_obj, "ply": export_ply, "off": export_off, "glb": export_glb}
@@ -208,7 +208,7 @@ def test_a_wrong_glb_is_refused_by_name(tmp_path, change, words):
 
 
 def test_an_assembly_that_grows_too_large_is_refused_before_it_is_made(tmp_path, monkeypatch):
-    monkeypatch.setattr("gradedesign.part._glb_plain._MOST_TRIANGLES", 23)
+    monkeypatch.setattr("gradedesign.geometry.formats._glb_plain._MOST_TRIANGLES", 23)
     with pytest.raises(PartError, match=r"have 24 triangles where they are placed, at most 23"):
         read_glb(store(tmp_path, "glb", scene(bolt=np.eye(4), lug=MIRRORED)))
 

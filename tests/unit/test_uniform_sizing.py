@@ -6,26 +6,26 @@ import numpy as np
 import pytest
 
 import gradedesign
-from gradedesign.fe.facets import facet_nodes
-from gradedesign.fe.load_case import PartLoadCase
-from gradedesign.fe.loads import traction_force
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.supports import supports_on
-from gradedesign.limits.displacement import DisplacementLimit
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.local_stress import StressLimit
-from gradedesign.material.material import Material
-from gradedesign.material.power_law import power_law
-from gradedesign.material.scaling_law import LawOrigin
-from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, centroids
-from gradedesign.output.write_stl import write_stl
-from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.sizing import size as size_module
-from gradedesign.sizing.filter import cone_filter, uniform_filter
-from gradedesign.sizing.homogenised_model import homogenised_model
-from gradedesign.sizing.size import SizingProblem, size
-from gradedesign.sizing.state import solved_state
+from gradedesign.geometry.formats.write_stl import write_stl
+from gradedesign.geometry.part.part_mesh import box_part_mesh
+from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_facets, centroids
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.mechanics.fe.facets import facet_nodes
+from gradedesign.mechanics.fe.load_case import PartLoadCase
+from gradedesign.mechanics.fe.loads import traction_force
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.supports import supports_on
+from gradedesign.mechanics.limits.displacement import DisplacementLimit
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.local_stress import StressLimit
+from gradedesign.mechanics.material.material import Material
+from gradedesign.mechanics.material.power_law import power_law
+from gradedesign.mechanics.material.scaling_law import LawOrigin
+from gradedesign.mechanics.sizing import size as size_module
+from gradedesign.mechanics.sizing.filter import cone_filter, uniform_filter
+from gradedesign.mechanics.sizing.homogenised_model import homogenised_model
+from gradedesign.mechanics.sizing.size import SizingProblem, size
+from gradedesign.mechanics.sizing.state import solved_state
 
 LAW = power_law(
     "test-law",

@@ -5,9 +5,9 @@ import tomllib
 
 import pytest
 
-from gradedesign.cli import validate as module
-from gradedesign.cli.validate import compare, matches, value_at
 from gradedesign.errors import MeshError
+from gradedesign.program.commands import validate as module
+from gradedesign.program.commands.validate import compare, matches, value_at
 
 DATA = {
     "status": "met",

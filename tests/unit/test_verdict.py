@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 
 from gradedesign.errors import SolverError
-from gradedesign.limits.banded import Banded, Residual, banded
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.row import LimitRow
-from gradedesign.limits.verdict import (
+from gradedesign.mechanics.limits.banded import Banded, Residual, banded
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.mechanics.limits.verdict import (
     all_hold,
     expected_factors,
     learned_factors,

@@ -5,8 +5,8 @@ import pytest
 import pyvista
 
 from gradedesign.errors import CaseError
-from gradedesign.mesh.tet_mesh import TetMesh
-from gradedesign.output.vtu import write_vtu
+from gradedesign.geometry.formats.vtu import write_vtu
+from gradedesign.geometry.tets.tet_mesh import TetMesh
 
 POINTS = np.array([[0.0, 2, 0, 0, 2], [0, 0, 2, 0, 2], [0, 0, 0, 2, 2]])
 MESH = TetMesh(points=POINTS, tets=np.array([[0, 1, 2, 3], [1, 2, 3, 4]]).T)

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from gradedesign.workspace import processor
+from gradedesign.common.system import processor
 
 #: Settings that the tests' own process inherits to its children.
 SETTINGS = (
@@ -42,7 +42,7 @@ def said(code, **stated):
 def test_threads_of_a_command_sleep_unless_told_otherwise(stated, policy):
     code = (
         "import atexit, os, sys\n"
-        "from gradedesign.cli import main\n"
+        "from gradedesign.program.commands import main\n"
         "assert 'numba' not in sys.modules  # which reads it once\n"
         "atexit.register(lambda: print(os.environ['OMP_WAIT_POLICY']))\n"
         "main(['--help'])"
@@ -55,7 +55,7 @@ def test_threads_of_a_command_sleep_unless_told_otherwise(stated, policy):
 def test_the_layer_is_ours_unless_the_user_names_one(stated):
     expected = stated.get("NUMBA_THREADING_LAYER", "omp")
     assert said(SUM, **stated) == expected
-    doctor = "import gradedesign\nfrom gradedesign.workspace.processor import threading_layer\n"
+    doctor = "import gradedesign\nfrom gradedesign.common.system.processor import threading_layer\n"
     assert said(doctor + "print(threading_layer())", **stated) == expected
 
 

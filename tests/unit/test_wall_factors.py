@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gradedesign.errors import DensityError
-from gradedesign.fe.collapsed_rule import collapsed_rule
-from gradedesign.sizing.wall_factors import WallFactors, _parts, wall_class
+from gradedesign.mechanics.fe.collapsed_rule import collapsed_rule
+from gradedesign.mechanics.sizing.wall_factors import WallFactors, _parts, wall_class
 
 RATIO = st.floats(0.1, 2.6)
 

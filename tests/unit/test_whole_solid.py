@@ -5,11 +5,11 @@ from types import SimpleNamespace
 
 import pytest
 
+from gradedesign.design.acceptance.whole_solid import WholeStage, judge_whole
+from gradedesign.design.loop import best_rows
 from gradedesign.errors import LatticeError, ResourceError
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.row import LimitRow
-from gradedesign.loop import best_rows
-from gradedesign.verify.whole_solid import WholeStage, judge_whole
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.row import LimitRow
 
 ORDERS = (0.75, 1.5, 3.0)
 

@@ -12,9 +12,9 @@ import numpy as np
 import psutil
 import pytest
 
+from gradedesign.common.system.scratch import sweep_scratch
+from gradedesign.common.system.worker import run_worker
 from gradedesign.errors import MeshError, ResourceError
-from gradedesign.workspace.scratch import sweep_scratch
-from gradedesign.workspace.worker import run_worker
 
 HEAD = """
 import json, os, signal, sys, time
@@ -55,7 +55,7 @@ numpy.savez(sys.argv[2], x=1)
 
 #: Takes the libraries of the package before it begins.
 WORKERS["serves"] = """
-from gradedesign.workspace.worker import serve
+from gradedesign.common.system.worker import serve
 serve(lambda arrays, options: arrays)
 """
 
@@ -222,7 +222,7 @@ def test_children_of_the_worker_die_with_it(tmp_path, wait):
 PARENT = """
 import signal, sys, numpy as np
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it
-from gradedesign.workspace.worker import run_worker
+from gradedesign.common.system.worker import run_worker
 run_worker('worker_that_hangs', {'x': np.zeros(1)}, {'pids': sys.argv[1]},
            time_limit_s=600, memory_limit_bytes=2**30)
 """

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from small_parts import zone_of
 
+from gradedesign.design.loop.ended import Ended
+from gradedesign.design.verdict.reasons import why_not
 from gradedesign.errors import SolverError
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.local_stress import StressLimit
-from gradedesign.limits.row import LEAST_JUDGED, LimitRow
-from gradedesign.limits.verdict import all_hold, limit_rows
-from gradedesign.loop.ended import Ended
-from gradedesign.results.reasons import why_not
-from gradedesign.verify.support_zones import undisturbed_at
-from gradedesign.verify.yielding import yielding, yielding_words
+from gradedesign.mechanics.explicit.support_zones import undisturbed_at
+from gradedesign.mechanics.explicit.yielding import yielding, yielding_words
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.local_stress import StressLimit
+from gradedesign.mechanics.limits.row import LEAST_JUDGED, LimitRow
+from gradedesign.mechanics.limits.verdict import all_hold, limit_rows
 
 ROW = LimitRow(
     key=LimitKey(kind="stress", region="lattice"), name="stress in lattice", load_case="pull",

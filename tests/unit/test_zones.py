@@ -11,15 +11,8 @@ from scipy.ndimage import label
 from scipy.sparse import csr_matrix
 from small_parts import box_part, held_bar
 
-from gradedesign.case.read_case import load_case
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.family import CellFamily
-from gradedesign.cell.shape import spread_points
-from gradedesign.errors import CaseError, DensityError
-from gradedesign.homogenise import mix_factors as factors_module
-from gradedesign.lattice.density_grid import evaluate
-from gradedesign.lattice.lattice import cell_field, density_at
-from gradedesign.loop.iteration_steps import (
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.loop.iteration_steps import (
     SizingPlan,
     build_design,
     density_grid,
@@ -27,22 +20,29 @@ from gradedesign.loop.iteration_steps import (
     explicit_spacing,
     size_design,
 )
-from gradedesign.material.law_field import LawField
-from gradedesign.material.power_law import power_law
-from gradedesign.material.scaling_law import LawOrigin
-from gradedesign.mesh.tet_mesh import centroids
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.setup import prepare
-from gradedesign.resolve.zoning import zone_windows
-from gradedesign.results.zones import zone_data, zone_measures
-from gradedesign.sizing.filter import DensityFilter
-from gradedesign.sizing.problem import (
+from gradedesign.design.resolve.setup import prepare
+from gradedesign.design.resolve.zoning import zone_windows
+from gradedesign.design.verdict.zones import zone_data, zone_measures
+from gradedesign.errors import CaseError, DensityError
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.geometry.cell.shape import spread_points
+from gradedesign.geometry.lattice.density_grid import evaluate
+from gradedesign.geometry.lattice.lattice import cell_field, density_at
+from gradedesign.geometry.tets.tet_mesh import centroids
+from gradedesign.mechanics.explicit.correction import Correction
+from gradedesign.mechanics.homogenise import mix_factors as factors_module
+from gradedesign.mechanics.material.law_field import LawField
+from gradedesign.mechanics.material.power_law import power_law
+from gradedesign.mechanics.material.scaling_law import LawOrigin
+from gradedesign.mechanics.sizing.filter import DensityFilter
+from gradedesign.mechanics.sizing.problem import (
     SizingProblem,
     density_slope,
     element_densities,
     filtered_for,
 )
-from gradedesign.verify.correction import Correction
+from gradedesign.program.host.registry import build_registry
 
 
 def waves(u):

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from gradedesign.case.load_schema import FixSpec, LoadCaseSpec, LoadSpec
-from gradedesign.finite_cell import Problem
-from gradedesign.material.material import Material
-from gradedesign.part.regions import Region
+from gradedesign.geometry.part.regions import Region
+from gradedesign.mechanics.fe.load_schema import FixSpec, LoadCaseSpec, LoadSpec
+from gradedesign.mechanics.finite_cell import Problem
+from gradedesign.mechanics.material.material import Material
 
 STEEL = Material(
     name="steel", youngs_modulus=200e3, poissons_ratio=0.3, density=7.8e-9, yield_strength=300.0

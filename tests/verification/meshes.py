@@ -12,15 +12,15 @@ from itertools import permutations
 
 import numpy as np
 
-from gradedesign.fe.element_points import ScalarField
-from gradedesign.fe.facets import facet_areas, facet_nodes
-from gradedesign.fe.loads import traction_force
-from gradedesign.fe.solution import LoadVector, Solution
-from gradedesign.fe.solve import solve_elastic
-from gradedesign.fe.space import TetSpace
-from gradedesign.fe.stiffness import IsotropicStiffness
-from gradedesign.fe.stress import element_stress, nodal_average
-from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets
+from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_facets
+from gradedesign.mechanics.fe.element_points import ScalarField
+from gradedesign.mechanics.fe.facets import facet_areas, facet_nodes
+from gradedesign.mechanics.fe.loads import traction_force
+from gradedesign.mechanics.fe.solution import LoadVector, Solution
+from gradedesign.mechanics.fe.solve import solve_elastic
+from gradedesign.mechanics.fe.space import TetSpace
+from gradedesign.mechanics.fe.stiffness import IsotropicStiffness
+from gradedesign.mechanics.fe.stress import element_stress, nodal_average
 
 Map = Callable[[np.ndarray], np.ndarray]
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from meshes import box_mesh, face, mean_on, solve_one, stress_at_vertex, uniform
 
-from gradedesign.fe.loads import resultant_load
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.supports import supports_on
+from gradedesign.mechanics.fe.loads import resultant_load
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.supports import supports_on
 
 CLAMP = (0.0, 0.0, 0.0)
 

@@ -6,10 +6,10 @@ import numpy as np
 from meshes import box_mesh, face, solve_one, uniform
 from oracles.calculix import needs_ccx
 
-from gradedesign.fe.loads import pressure_force, resultant_load
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.supports import supports_on
-from gradedesign.mesh.tet_mesh import TetMesh
+from gradedesign.geometry.tets.tet_mesh import TetMesh
+from gradedesign.mechanics.fe.loads import pressure_force, resultant_load
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.supports import supports_on
 
 YOUNG, POISSON = 70e3, 0.33
 

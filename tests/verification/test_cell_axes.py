@@ -5,20 +5,20 @@ import pytest
 from meshes import face, facets_where, quarter_ring
 from scipy.spatial.transform import Rotation
 
-from gradedesign.cell.cell_map import uniform_map
-from gradedesign.cell.cylindrical_map import cylindrical_map
-from gradedesign.cell.local_cells import local_cells
-from gradedesign.fe.element_points import element_points
-from gradedesign.fe.load_case import PartLoadCase
-from gradedesign.fe.loads import pressure_force
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.supports import supports_on
-from gradedesign.material.material import Material
-from gradedesign.material.scaling_law import ScalingLaw
-from gradedesign.sizing.homogenised import solve_homogenised
-from gradedesign.sizing.homogenised_model import homogenised_model
-from gradedesign.sizing.lattice_stiffness import lattice_stiffness
-from gradedesign.sizing.lattice_stress import in_cell_axes
+from gradedesign.geometry.maps.cell_map import uniform_map
+from gradedesign.geometry.maps.cylindrical_map import cylindrical_map
+from gradedesign.geometry.maps.local_cells import local_cells
+from gradedesign.mechanics.fe.element_points import element_points
+from gradedesign.mechanics.fe.load_case import PartLoadCase
+from gradedesign.mechanics.fe.loads import pressure_force
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.supports import supports_on
+from gradedesign.mechanics.material.material import Material
+from gradedesign.mechanics.material.scaling_law import ScalingLaw
+from gradedesign.mechanics.sizing.homogenised import solve_homogenised
+from gradedesign.mechanics.sizing.homogenised_model import homogenised_model
+from gradedesign.mechanics.sizing.lattice_stiffness import lattice_stiffness
+from gradedesign.mechanics.sizing.lattice_stress import in_cell_axes
 
 MATERIAL = Material(
     name="test", youngs_modulus=1000.0, poissons_ratio=0.3, density=1e-9, yield_strength=10.0

@@ -11,20 +11,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracles.periodic_buckling import periodic_buckling
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.family import CellFamily
 from gradedesign.errors import DensityError, SolverError
-from gradedesign.fe.eigen_solver import EigenProblem, ExtremeValue, extreme_values
-from gradedesign.fe.lanczos import LANCZOS
-from gradedesign.fe.scipy_eigen import SCIPY
-from gradedesign.homogenise import critical_stress as critical_module
-from gradedesign.homogenise.alternating import ALL_SIGNS, REPEATED, extended, folded
-from gradedesign.homogenise.buckling import macro_prestress, weakest_modes
-from gradedesign.homogenise.critical_stress import critical_stress, refined_mode
-from gradedesign.homogenise.periodic import solve_periodic
-from gradedesign.homogenise.strength import LocalStress
-from gradedesign.material.buckling_law import BucklingLaw
-from gradedesign.material.buckling_table import BucklingTable
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.mechanics.homogenise import critical_stress as critical_module
+from gradedesign.mechanics.homogenise.alternating import ALL_SIGNS, REPEATED, extended, folded
+from gradedesign.mechanics.homogenise.buckling import macro_prestress, weakest_modes
+from gradedesign.mechanics.homogenise.critical_stress import critical_stress, refined_mode
+from gradedesign.mechanics.homogenise.periodic import solve_periodic
+from gradedesign.mechanics.homogenise.strength import LocalStress
+from gradedesign.mechanics.material.buckling_law import BucklingLaw
+from gradedesign.mechanics.material.buckling_table import BucklingTable
+from gradedesign.mechanics.solver.eigen_solver import EigenProblem, ExtremeValue, extreme_values
+from gradedesign.mechanics.solver.lanczos import LANCZOS
+from gradedesign.mechanics.solver.scipy_eigen import SCIPY
 
 
 def frame(n: int, width: int) -> np.ndarray:

@@ -7,16 +7,16 @@ field, by evenly spread points, and of the surface that would be printed.
 import numpy as np
 import pytest
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.wall_size import wall_mm
-from gradedesign.lattice.density_grid import DensityGrid
-from gradedesign.lattice.domain import DesignDomain
-from gradedesign.lattice.lattice import LatticeDesign, lattice_field
-from gradedesign.lattice.printed_surface import MOST_STEPS_PER_CELL, STEPS_PER_WALL
-from gradedesign.lattice.slab_density import slab_density, total
-from gradedesign.lattice.trim import trimmed_surface
-from gradedesign.part.box import box_surface
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.wall_size import wall_mm
+from gradedesign.geometry.lattice.density_grid import DensityGrid
+from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
+from gradedesign.geometry.lattice.printed_surface import MOST_STEPS_PER_CELL, STEPS_PER_WALL
+from gradedesign.geometry.lattice.slab_density import slab_density, total
+from gradedesign.geometry.lattice.trim import trimmed_surface
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.program.host.registry import build_registry
 
 REGISTRY = build_registry()
 CELLS, SIZE = 10, 10.0

@@ -7,12 +7,12 @@ import pytest
 from finite_cell_solids import box_regions, load_case, problem, region
 from test_kirsch import kirsch_stress
 
-from gradedesign.finite_cell import analyse
-from gradedesign.finite_cell.recovery import recovered_stress
-from gradedesign.finite_cell.result import solution_of
-from gradedesign.finite_cell.stress import SolidPoints, solid_points
-from gradedesign.finite_cell.surface import element_table, locate, reference_of
-from gradedesign.material.material import Material
+from gradedesign.mechanics.finite_cell import analyse
+from gradedesign.mechanics.finite_cell.recovery import recovered_stress
+from gradedesign.mechanics.finite_cell.result import solution_of
+from gradedesign.mechanics.finite_cell.stress import SolidPoints, solid_points
+from gradedesign.mechanics.finite_cell.surface import element_table, locate, reference_of
+from gradedesign.mechanics.material.material import Material
 
 HALF_WIDTH = 5.0
 

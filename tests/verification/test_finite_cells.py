@@ -18,35 +18,35 @@ from finite_cell_solids import (
 )
 from small_parts import zone_of
 
-from gradedesign.cell.calibration import calibrate
+from gradedesign.design.resolve.registry import lookup
 from gradedesign.errors import CaseError, LatticeError, SolverError
-from gradedesign.fe.stress import weighted_percentile
-from gradedesign.finite_cell import (
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.lattice import LatticeDesign
+from gradedesign.geometry.lattice.skin import Skin
+from gradedesign.mechanics.explicit.analysis import Resolution
+from gradedesign.mechanics.explicit.explicit import analyse_printed_solid
+from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS, ORDERS
+from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
+from gradedesign.mechanics.fe.stress import weighted_percentile
+from gradedesign.mechanics.finite_cell import (
     Accuracy,
     analyse,
     displacement_at,
     displacement_on,
     stress_sample,
 )
-from gradedesign.finite_cell.elements import cut_elements
-from gradedesign.finite_cell.grid import fit_grid
-from gradedesign.finite_cell.loads import case_force
-from gradedesign.finite_cell.operator import lame_constants, operator, product
-from gradedesign.finite_cell.space import brick_space, node_points
-from gradedesign.finite_cell.stress import von_mises
-from gradedesign.finite_cell.supports import held_by
-from gradedesign.finite_cell.surface import region_points
-from gradedesign.lattice.domain import DesignDomain
-from gradedesign.lattice.lattice import LatticeDesign
-from gradedesign.lattice.skin import Skin
-from gradedesign.limits.banded import Residual, banded
-from gradedesign.material.material import Material
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.registry import lookup
-from gradedesign.verify.analysis import Resolution
-from gradedesign.verify.explicit import analyse_printed_solid
-from gradedesign.verify.finite_cells import FINITE_CELLS, ORDERS
-from gradedesign.verify.printed_solid import PrintedSolid
+from gradedesign.mechanics.finite_cell.elements import cut_elements
+from gradedesign.mechanics.finite_cell.grid import fit_grid
+from gradedesign.mechanics.finite_cell.loads import case_force
+from gradedesign.mechanics.finite_cell.operator import lame_constants, operator, product
+from gradedesign.mechanics.finite_cell.space import brick_space, node_points
+from gradedesign.mechanics.finite_cell.stress import von_mises
+from gradedesign.mechanics.finite_cell.supports import held_by
+from gradedesign.mechanics.finite_cell.surface import region_points
+from gradedesign.mechanics.limits.banded import Residual, banded
+from gradedesign.mechanics.material.material import Material
+from gradedesign.program.host.registry import build_registry
 
 TENSION = load_case(
     "tension",

@@ -13,12 +13,12 @@ from finite_cell_solids import (
     problem,
 )
 
-from gradedesign.case.load_schema import FixSpec, LoadCaseSpec
 from gradedesign.errors import CaseError
-from gradedesign.fe.displacement_goal import DisplacementGoal
-from gradedesign.finite_cell import Plane, analyse, displacement_on
-from gradedesign.limits.banded import Residual, banded
-from gradedesign.verify.finite_cells import ORDERS
+from gradedesign.mechanics.explicit.finite_cells import ORDERS
+from gradedesign.mechanics.fe.displacement_goal import DisplacementGoal
+from gradedesign.mechanics.fe.load_schema import FixSpec, LoadCaseSpec
+from gradedesign.mechanics.finite_cell import Plane, analyse, displacement_on
+from gradedesign.mechanics.limits.banded import Residual, banded
 
 #: A plate of 1.5 mm, 16 mm square, on 2 x 2 x 1 gyroid sheet cells of 8 mm, density 0.3, that
 #: stand on a clamped plate; 10 MPa on top, steel of 200 GPa: largest displacement, mm, at a corner.

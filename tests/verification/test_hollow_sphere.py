@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from meshes import face, facets_where, mapped_mesh, solve_one, uniform
 
-from gradedesign.fe.loads import traction_force
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.supports import supports_on
+from gradedesign.mechanics.fe.loads import traction_force
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.supports import supports_on
 
 CASES = Path(__file__).parents[2] / "cases"
 RADIUS, SHELL, YOUNG, POISSON, FORCE = 25.0, 2.9, 2000.0, 0.3, 40.0

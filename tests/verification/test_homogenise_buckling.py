@@ -9,8 +9,8 @@ import pytest
 import scipy.linalg
 from oracles.periodic_buckling import periodic_buckling, prestress_buckling
 
-from gradedesign.homogenise.buckling import geometric_product
-from gradedesign.homogenise.periodic import solve_periodic
+from gradedesign.mechanics.homogenise.buckling import geometric_product
+from gradedesign.mechanics.homogenise.periodic import solve_periodic
 
 CORNERS = list(itertools.product((0, 1), repeat=3))
 

@@ -6,9 +6,13 @@ import numpy as np
 import pytest
 from oracles.turned_stiffness import rotated_stiffness
 
-from gradedesign.homogenise.bounds import hashin_shtrikman_upper, require_bounds
-from gradedesign.homogenise.constants import isotropic_averages, solid_stiffness, zener_ratio
-from gradedesign.homogenise.periodic import solve_periodic
+from gradedesign.mechanics.homogenise.bounds import hashin_shtrikman_upper, require_bounds
+from gradedesign.mechanics.homogenise.constants import (
+    isotropic_averages,
+    solid_stiffness,
+    zener_ratio,
+)
+from gradedesign.mechanics.homogenise.periodic import solve_periodic
 
 
 def gyroid(count: int, rho: float, *, sheet: bool) -> np.ndarray:

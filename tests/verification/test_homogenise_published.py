@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.homogenise.bounds import hashin_shtrikman_upper, require_bounds
-from gradedesign.homogenise.constants import (
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.mechanics.homogenise.bounds import hashin_shtrikman_upper, require_bounds
+from gradedesign.mechanics.homogenise.constants import (
     engineering_constants,
     youngs_along,
     zener_ratio,
 )
-from gradedesign.homogenise.periodic import solve_periodic
-from gradedesign.homogenise.sampling import cell_fill
-from gradedesign.homogenise.strength import local_stress, stress_factors
-from gradedesign.plugin.registry import build_registry
+from gradedesign.mechanics.homogenise.periodic import solve_periodic
+from gradedesign.mechanics.homogenise.sampling import cell_fill
+from gradedesign.mechanics.homogenise.strength import local_stress, stress_factors
+from gradedesign.program.host.registry import build_registry
 
 
 @pytest.fixture(scope="module")

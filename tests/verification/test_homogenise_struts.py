@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gradedesign.cell.calibration import calibrate
 from gradedesign.errors import DensityError, LatticeError
-from gradedesign.homogenise.constants import (
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.mechanics.homogenise.constants import (
     engineering_constants,
     isotropic_averages,
     zener_ratio,
 )
-from gradedesign.homogenise.periodic import solve_periodic
-from gradedesign.homogenise.sampling import cell_fill
-from gradedesign.plugin.registry import build_registry
+from gradedesign.mechanics.homogenise.periodic import solve_periodic
+from gradedesign.mechanics.homogenise.sampling import cell_fill
+from gradedesign.program.host.registry import build_registry
 
 
 @pytest.fixture(scope="module")

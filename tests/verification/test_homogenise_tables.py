@@ -8,19 +8,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.homogenise.bounds import require_bounds
-from gradedesign.homogenise.cell_properties import cell_properties
-from gradedesign.homogenise.constants import engineering_constants, youngs_along, zener_ratio
-from gradedesign.homogenise.macro_directions import (
+from gradedesign.design.resolve.choose_law import choose_law
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.mechanics.homogenise.bounds import require_bounds
+from gradedesign.mechanics.homogenise.cell_properties import cell_properties
+from gradedesign.mechanics.homogenise.constants import (
+    engineering_constants,
+    youngs_along,
+    zener_ratio,
+)
+from gradedesign.mechanics.homogenise.macro_directions import (
     named_directions,
     spread_directions,
     von_mises_of,
 )
-from gradedesign.homogenise.periodic import solve_periodic
-from gradedesign.homogenise.sampling import cell_fill
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.choose_law import choose_law
+from gradedesign.mechanics.homogenise.periodic import solve_periodic
+from gradedesign.mechanics.homogenise.sampling import cell_fill
+from gradedesign.program.host.registry import build_registry
 
 
 @pytest.fixture(scope="module")

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from meshes import face, mapped_mesh, solve_one, stress_at_vertex, uniform
 
-from gradedesign.fe.loads import traction_force
-from gradedesign.fe.recovered_stress import recovered_stress
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.stress_percentile import stress_percentile
-from gradedesign.fe.supports import supports_on
+from gradedesign.mechanics.fe.loads import traction_force
+from gradedesign.mechanics.fe.recovered_stress import recovered_stress
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.stress_percentile import stress_percentile
+from gradedesign.mechanics.fe.supports import supports_on
 
 HALF_WIDTH, THICKNESS = 5.0, 0.2
 

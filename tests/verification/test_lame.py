@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from meshes import face, facets_where, quarter_ring, solve_one, stress_at_vertex, uniform
 
-from gradedesign.fe.loads import pressure_force
-from gradedesign.fe.recovered_stress import recovered_stress
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.stress_percentile import stress_percentile
-from gradedesign.fe.supports import supports_on
+from gradedesign.mechanics.fe.loads import pressure_force
+from gradedesign.mechanics.fe.recovered_stress import recovered_stress
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.stress_percentile import stress_percentile
+from gradedesign.mechanics.fe.supports import supports_on
 
 INNER, OUTER, LENGTH = 100.0, 200.0, 10.0
 

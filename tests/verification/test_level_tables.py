@@ -7,14 +7,14 @@ import pytest
 from scipy.ndimage import label
 from scipy.optimize import brentq
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.shape import grid_nodes, spread_points
-from gradedesign.cell.wall_size import wall_mm
 from gradedesign.fields import gradient, level_set_points, periodic_distance_to_level_set
-from gradedesign.homogenise.constants import youngs_along
-from gradedesign.homogenise.periodic import solve_periodic
-from gradedesign.homogenise.sampling import cell_fill
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.shape import grid_nodes, spread_points
+from gradedesign.geometry.cell.wall_size import wall_mm
+from gradedesign.mechanics.homogenise.constants import youngs_along
+from gradedesign.mechanics.homogenise.periodic import solve_periodic
+from gradedesign.mechanics.homogenise.sampling import cell_fill
+from gradedesign.program.host.registry import build_registry
 
 FAMILIES = build_registry().cell_families
 DENSITIES = (0.1, 0.2, 0.3, 0.4, 0.5)

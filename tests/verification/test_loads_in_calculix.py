@@ -13,16 +13,16 @@ from finite_cell_solids import STEEL, box_field, load_case, newtons, problem, re
 from meshes import box_mesh, face, facets_where, mapped_mesh, mean_on, uniform
 from oracles.calculix import needs_ccx, run_calculix
 
-from gradedesign.case.load_schema import LoadCaseSpec
-from gradedesign.fe.facets import facet_nodes, facet_owners
-from gradedesign.fe.load_case import PartLoadCase, case_loads
-from gradedesign.fe.solution import LoadVector, Solution
-from gradedesign.fe.solve import solve_elastic
-from gradedesign.fe.space import TetSpace, tet_space
-from gradedesign.finite_cell import analyse
-from gradedesign.output.analysed_model import AnalysedModel, ModelStep
-from gradedesign.part.bore import Bore
-from gradedesign.part.regions import Region
+from gradedesign.geometry.part.bore import Bore
+from gradedesign.geometry.part.regions import Region
+from gradedesign.mechanics.fe.facets import facet_nodes, facet_owners
+from gradedesign.mechanics.fe.load_case import PartLoadCase, case_loads
+from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
+from gradedesign.mechanics.fe.solution import LoadVector, Solution
+from gradedesign.mechanics.fe.solve import solve_elastic
+from gradedesign.mechanics.fe.space import TetSpace, tet_space
+from gradedesign.mechanics.finite_cell import analyse
+from gradedesign.program.outputs.analysed_model import AnalysedModel, ModelStep
 from gradedesign_calculix.calculix import write_calculix
 
 YOUNG, POISSON = 70e3, 0.33

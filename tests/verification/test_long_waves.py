@@ -22,11 +22,11 @@ from oracles.beam_frame import (
 from scipy.optimize import brentq
 
 from gradedesign import load_case, run
-from gradedesign.cell.calibration import calibrate
-from gradedesign.material.law_field import LawField
-from gradedesign.material.long_waves import SWAY, density_for_long_waves, long_wave_use
-from gradedesign.material.scaling_law import ScalingLaw, isotropic_stiffness
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.mechanics.material.law_field import LawField
+from gradedesign.mechanics.material.long_waves import SWAY, density_for_long_waves, long_wave_use
+from gradedesign.mechanics.material.scaling_law import ScalingLaw, isotropic_stiffness
+from gradedesign.program.host.registry import build_registry
 
 pytestmark = pytest.mark.usefixtures("undrawn_module")
 

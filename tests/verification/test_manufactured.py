@@ -7,11 +7,11 @@ from skfem.helpers import dot
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet
 
-from gradedesign.fe.element_points import element_points, shape_values
-from gradedesign.fe.space import skfem_mesh, tet_space
-from gradedesign.fe.stress import element_stress
-from gradedesign.fe.supports import Supports
-from gradedesign.mesh.tet_mesh import signed_volumes
+from gradedesign.geometry.tets.tet_mesh import signed_volumes
+from gradedesign.mechanics.fe.element_points import element_points, shape_values
+from gradedesign.mechanics.fe.space import skfem_mesh, tet_space
+from gradedesign.mechanics.fe.stress import element_stress
+from gradedesign.mechanics.fe.supports import Supports
 
 E, NU = 1000.0, 0.3
 LAM, MU = E * NU / ((1 + NU) * (1 - 2 * NU)), E / (2 * (1 + NU))

@@ -19,9 +19,9 @@ from meshes import (
     uniform,
 )
 
-from gradedesign.fe.loads import pressure_force, thermal_force
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.supports import supports_at, supports_on
+from gradedesign.mechanics.fe.loads import pressure_force, thermal_force
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.supports import supports_at, supports_on
 
 YOUNG, POISSON = 210e3, 0.3
 #: Agreement with scikit-fem; the temperature of LE11 is integrated by different rules.

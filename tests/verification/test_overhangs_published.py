@@ -9,9 +9,9 @@ diamond is 1.1 points above ours, whose curve spans 1.9.
 import numpy as np
 import pytest
 
-from gradedesign.lattice.surface import extract_surface
-from gradedesign.mesh.surface_mesh import area_vectors
-from gradedesign.verify.overhang import directions, gathered_normals, overhang_fractions
+from gradedesign.design.printing.overhang import directions, gathered_normals, overhang_fractions
+from gradedesign.geometry.contour.surface import extract_surface
+from gradedesign.geometry.triangles.surface_mesh import area_vectors
 
 ANGLE = 40.0  # of 316L on a Realizer SLM
 STEPS = 50

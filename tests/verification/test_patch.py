@@ -5,14 +5,14 @@ import pytest
 from meshes import box_mesh, solve_one, uniform
 
 from gradedesign.errors import SolverError
-from gradedesign.fe.assembly import assemble, assembly_pattern, matvec
-from gradedesign.fe.facets import outward_area_vectors
-from gradedesign.fe.loads import traction_force
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.stiffness import AnisotropicStiffness
-from gradedesign.fe.stress import VOIGT, element_stress
-from gradedesign.fe.supports import Supports, supports_at
-from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets
+from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_facets
+from gradedesign.mechanics.fe.assembly import assemble, assembly_pattern, matvec
+from gradedesign.mechanics.fe.facets import outward_area_vectors
+from gradedesign.mechanics.fe.loads import traction_force
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.stiffness import AnisotropicStiffness
+from gradedesign.mechanics.fe.stress import VOIGT, element_stress
+from gradedesign.mechanics.fe.supports import Supports, supports_at
 
 # A displacement gradient with all six strains and a rotation.
 GRADIENT = 1e-3 * np.array([[1.0, -2.0, 0.5], [0.3, 0.7, 1.1], [-0.4, 0.2, -1.3]])

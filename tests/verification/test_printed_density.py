@@ -11,18 +11,18 @@ import re
 import numpy as np
 import pytest
 
-from gradedesign.case.read_generate import load_generate_case
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.wall_size import wall_mm
+from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.design.resolve.part_readers import part_readers
 from gradedesign.errors import LatticeError
-from gradedesign.generate.generate import build, stated_design
-from gradedesign.generate.stated_cells import stated_cells
-from gradedesign.lattice.lattice import lattice_field
-from gradedesign.lattice.slab_density import field_points
-from gradedesign.mesh.surface_mesh import enclosed_volume
-from gradedesign.part.part import read_part
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.part_readers import part_readers
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.wall_size import wall_mm
+from gradedesign.geometry.lattice.lattice import lattice_field
+from gradedesign.geometry.lattice.slab_density import field_points
+from gradedesign.geometry.part.part import read_part
+from gradedesign.geometry.triangles.surface_mesh import enclosed_volume
+from gradedesign.program.generate.generate import build, stated_design
+from gradedesign.program.generate.stated_cells import stated_cells
+from gradedesign.program.host.registry import build_registry
 
 REGISTRY = build_registry()
 #: Of the way through a family's window.

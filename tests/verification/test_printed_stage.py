@@ -7,20 +7,20 @@ import pytest
 from finite_cell_solids import STEEL, box_field, box_regions, load_case, newtons
 from small_parts import zone_of
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.lattice.domain import DesignDomain
-from gradedesign.lattice.lattice import LatticeDesign
-from gradedesign.lattice.skin import Skin
-from gradedesign.limits.displacement import DisplacementLimit
-from gradedesign.limits.key import LimitKey
-from gradedesign.loop.printed_stage import printed_stage
-from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.part.box import box_surface
-from gradedesign.plugin.registry import build_registry
-from gradedesign.verify.finite_cells import FINITE_CELLS
-from gradedesign.verify.printed_solid import PrintedSolid
-from gradedesign.verify.whole_solid import judge_whole
-from gradedesign.workspace.progress import ignore
+from gradedesign.common.system.progress import ignore
+from gradedesign.design.acceptance.whole_solid import judge_whole
+from gradedesign.design.loop.printed_stage import printed_stage
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.lattice import LatticeDesign
+from gradedesign.geometry.lattice.skin import Skin
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS
+from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
+from gradedesign.mechanics.limits.displacement import DisplacementLimit
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.program.host.registry import build_registry
 
 LOW, HIGH = (0.0, 0.0, 0.0), (4.0, 2.0, 1.0)
 

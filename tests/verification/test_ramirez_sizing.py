@@ -8,22 +8,22 @@ thesis' passing gyroid design has 0.20 everywhere and no primitive design passes
 import numpy as np
 import pytest
 
-from gradedesign.fe.facets import facet_nodes
-from gradedesign.fe.load_case import PartLoadCase
-from gradedesign.fe.loads import traction_force
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.supports import supports_on
-from gradedesign.limits.displacement import DisplacementLimit
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.local_stress import StressLimit
-from gradedesign.material.material import Material
-from gradedesign.mesh.tet_mesh import boundary_facets, centroids, signed_volumes
-from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.choose_law import choose_law
-from gradedesign.sizing.filter import cone_filter
-from gradedesign.sizing.homogenised_model import homogenised_model
-from gradedesign.sizing.size import SizingProblem, size
+from gradedesign.design.resolve.choose_law import choose_law
+from gradedesign.geometry.part.part_mesh import box_part_mesh
+from gradedesign.geometry.tets.tet_mesh import boundary_facets, centroids, signed_volumes
+from gradedesign.mechanics.fe.facets import facet_nodes
+from gradedesign.mechanics.fe.load_case import PartLoadCase
+from gradedesign.mechanics.fe.loads import traction_force
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.supports import supports_on
+from gradedesign.mechanics.limits.displacement import DisplacementLimit
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.local_stress import StressLimit
+from gradedesign.mechanics.material.material import Material
+from gradedesign.mechanics.sizing.filter import cone_filter
+from gradedesign.mechanics.sizing.homogenised_model import homogenised_model
+from gradedesign.mechanics.sizing.size import SizingProblem, size
+from gradedesign.program.host.registry import build_registry
 
 STEEL = Material(
     name="steel", youngs_modulus=200e3, poissons_ratio=0.3, density=7.85e-9, yield_strength=250.0

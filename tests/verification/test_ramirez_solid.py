@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from meshes import box_mesh, face, nodes_of, solve_one, uniform
 
-from gradedesign.fe.loads import resultant, resultant_load
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.supports import supports_on
+from gradedesign.mechanics.fe.loads import resultant, resultant_load
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.supports import supports_on
 
 
 @pytest.mark.parametrize("cells", [(20, 4, 3), (30, 6, 4), (40, 8, 5)], ids=str)

@@ -13,8 +13,8 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersCore import vtkMarchingCubes
 
-from gradedesign.lattice.surface import extract_surface
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.contour.surface import extract_surface
+from gradedesign.program.host.registry import build_registry
 
 LENGTH, ISO = 2 * np.pi, 127.5
 

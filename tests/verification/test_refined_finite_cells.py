@@ -7,13 +7,19 @@ import pytest
 from finite_cell_solids import STEEL, box_face, box_field, box_regions, load_case, newtons, problem
 
 from gradedesign.errors import LatticeError
-from gradedesign.finite_cell import Accuracy, Plane, analyse, displacement_at, stress_sample
-from gradedesign.finite_cell.analysis import divide
-from gradedesign.finite_cell.elements import solid_volume
-from gradedesign.finite_cell.hanging import fill_hanging, free_corners, free_nodes
-from gradedesign.finite_cell.loads import case_force
-from gradedesign.finite_cell.space import node_points
-from gradedesign.finite_cell.surface import element_table, locate
+from gradedesign.mechanics.finite_cell import (
+    Accuracy,
+    Plane,
+    analyse,
+    displacement_at,
+    stress_sample,
+)
+from gradedesign.mechanics.finite_cell.analysis import divide
+from gradedesign.mechanics.finite_cell.elements import solid_volume
+from gradedesign.mechanics.finite_cell.hanging import fill_hanging, free_corners, free_nodes
+from gradedesign.mechanics.finite_cell.loads import case_force
+from gradedesign.mechanics.finite_cell.space import node_points
+from gradedesign.mechanics.finite_cell.surface import element_table, locate
 
 TENSION = load_case(
     "tension",

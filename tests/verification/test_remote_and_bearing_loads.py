@@ -8,21 +8,21 @@ from finite_cell_solids import box_regions, load_case, newtons, region
 from meshes import box_mesh, face, facets_where, mapped_mesh, mean_on, solve_one, uniform
 from scipy.integrate import solve_ivp
 
-from gradedesign.case.load_schema import LoadSpec
 from gradedesign.errors import CaseError, SolverError
-from gradedesign.fe.facet_quadrature import facet_points, facet_weights
-from gradedesign.fe.load_case import region_force
-from gradedesign.fe.loads import resultant
-from gradedesign.fe.region_load import bearing_field, region_resultant
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.supports import supports_on
-from gradedesign.finite_cell.elements import cut_elements
-from gradedesign.finite_cell.grid import fit_grid
-from gradedesign.finite_cell.loads import case_force
-from gradedesign.finite_cell.space import brick_space, node_points
-from gradedesign.finite_cell.surface import region_points
-from gradedesign.material.material import Material
-from gradedesign.part.bore import Bore
+from gradedesign.geometry.part.bore import Bore
+from gradedesign.mechanics.fe.facet_quadrature import facet_points, facet_weights
+from gradedesign.mechanics.fe.load_case import region_force
+from gradedesign.mechanics.fe.load_schema import LoadSpec
+from gradedesign.mechanics.fe.loads import resultant
+from gradedesign.mechanics.fe.region_load import bearing_field, region_resultant
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.supports import supports_on
+from gradedesign.mechanics.finite_cell.elements import cut_elements
+from gradedesign.mechanics.finite_cell.grid import fit_grid
+from gradedesign.mechanics.finite_cell.loads import case_force
+from gradedesign.mechanics.finite_cell.space import brick_space, node_points
+from gradedesign.mechanics.finite_cell.surface import region_points
+from gradedesign.mechanics.material.material import Material
 
 STEEL = Material(
     name="steel", youngs_modulus=200e3, poissons_ratio=0.3, density=7.8e-9, yield_strength=300.0

@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 
 from gradedesign import CellFamily, LawOrigin, ResourceError, load_case, power_law
-from gradedesign.fe.assembly import assemble, assembly_pattern
-from gradedesign.fe.collapsed_rule import collapsed_rule
-from gradedesign.fe.elastic_system import prepare_elastic
-from gradedesign.fe.scikit_fem import MOST_UNKNOWNS, SCIKIT_FEM, assemble_scikit_fem
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.stiffness import IsotropicStiffness, MomentStiffness, pair_products
-from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve import solid_part
-from gradedesign.resolve.setup import prepare
-from gradedesign.resolve.solid import solve_solid
-from gradedesign.sizing.homogenised import solve_homogenised
+from gradedesign.design.resolve import solid_part
+from gradedesign.design.resolve.setup import prepare
+from gradedesign.design.resolve.solid import solve_solid
+from gradedesign.geometry.part.part_mesh import box_part_mesh
+from gradedesign.mechanics.fe.assembly import assemble, assembly_pattern
+from gradedesign.mechanics.fe.collapsed_rule import collapsed_rule
+from gradedesign.mechanics.fe.elastic_system import prepare_elastic
+from gradedesign.mechanics.fe.scikit_fem import MOST_UNKNOWNS, SCIKIT_FEM, assemble_scikit_fem
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.stiffness import IsotropicStiffness, MomentStiffness, pair_products
+from gradedesign.mechanics.sizing.homogenised import solve_homogenised
+from gradedesign.program.host.registry import build_registry
 
 #: 675 unknowns; weight and a temperature change beside the force, a support that moves.
 CASE = """\

@@ -6,27 +6,31 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gradedesign.fe.facets import facet_nodes
-from gradedesign.fe.load_case import PartLoadCase
-from gradedesign.fe.loads import traction_force
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.supports import supports_on
-from gradedesign.lattice.domain import DesignDomain
-from gradedesign.lattice.skin import Skin
-from gradedesign.lattice.solid_moments import solid_fraction, solid_moments
-from gradedesign.limits.displacement import DisplacementLimit
-from gradedesign.limits.key import LimitKey
-from gradedesign.material.law_field import LawField
-from gradedesign.material.material import Material
-from gradedesign.material.power_law import power_law
-from gradedesign.material.scaling_law import LawOrigin
-from gradedesign.mesh.tet_mesh import boundary_facets
-from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.sizing.effective_density import EffectiveDensity
-from gradedesign.sizing.homogenised import homogenised_system
-from gradedesign.sizing.homogenised_model import bond_matrix, effective_density, homogenised_model
-from gradedesign.sizing.responses import response_gradients, solve_adjoints
-from gradedesign.sizing.state import solved_state
+from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.skin import Skin
+from gradedesign.geometry.part.part_mesh import box_part_mesh
+from gradedesign.geometry.tets.tet_mesh import boundary_facets
+from gradedesign.mechanics.fe.facets import facet_nodes
+from gradedesign.mechanics.fe.load_case import PartLoadCase
+from gradedesign.mechanics.fe.loads import traction_force
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.supports import supports_on
+from gradedesign.mechanics.limits.displacement import DisplacementLimit
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.material.law_field import LawField
+from gradedesign.mechanics.material.material import Material
+from gradedesign.mechanics.material.power_law import power_law
+from gradedesign.mechanics.material.scaling_law import LawOrigin
+from gradedesign.mechanics.sizing.effective_density import EffectiveDensity
+from gradedesign.mechanics.sizing.homogenised import homogenised_system
+from gradedesign.mechanics.sizing.homogenised_model import (
+    bond_matrix,
+    effective_density,
+    homogenised_model,
+)
+from gradedesign.mechanics.sizing.responses import response_gradients, solve_adjoints
+from gradedesign.mechanics.sizing.solid_moments import solid_fraction, solid_moments
+from gradedesign.mechanics.sizing.state import solved_state
 
 LAW = power_law(
     "test-law",

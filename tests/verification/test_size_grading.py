@@ -14,18 +14,18 @@ import pytest
 from oracles.density_achieved import density_achieved
 from oracles.naive_size_map import naive_size_map
 
-from gradedesign.cell import size_tolerance
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.map_report import map_report, require_unfolded, volume_points
-from gradedesign.cell.phase_fields import graded_size_map
-from gradedesign.cell.size_law import (
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.lattice.density_grid import DensityGrid, evaluate
+from gradedesign.geometry.maps import size_tolerance
+from gradedesign.geometry.maps.map_report import map_report, require_unfolded, volume_points
+from gradedesign.geometry.maps.phase_fields import graded_size_map
+from gradedesign.geometry.maps.size_law import (
     size_field_by_ratio,
     size_field_for_wall,
     size_for_wall,
     wall_ratio,
 )
-from gradedesign.lattice.density_grid import DensityGrid, evaluate
-from gradedesign.plugin.registry import build_registry
+from gradedesign.program.host.registry import build_registry
 
 DATA = Path(__file__).parents[1] / "data" / "cantilever_density.npz"
 LOWER, UPPER = np.zeros(3), np.array([1500.0, 300.0, 200.0])

@@ -3,25 +3,25 @@
 import numpy as np
 import pytest
 
-from gradedesign.fe.assembly import strain_energy_per_element
-from gradedesign.fe.load_case import PartLoadCase
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.supports import supports_on
-from gradedesign.lattice.domain import DesignDomain
-from gradedesign.lattice.skin import Skin
-from gradedesign.lattice.solid_moments import solid_fraction, solid_moments
-from gradedesign.material.material import Material
-from gradedesign.material.power_law import power_law
-from gradedesign.material.scaling_law import LawOrigin
-from gradedesign.mesh.tet_mesh import boundary_facets
-from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.sizing.homogenised import solve_homogenised
-from gradedesign.sizing.homogenised_model import homogenised_model
-from gradedesign.sizing.lattice_stiffness import (
+from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.skin import Skin
+from gradedesign.geometry.part.part_mesh import box_part_mesh
+from gradedesign.geometry.tets.tet_mesh import boundary_facets
+from gradedesign.mechanics.fe.assembly import strain_energy_per_element
+from gradedesign.mechanics.fe.load_case import PartLoadCase
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.supports import supports_on
+from gradedesign.mechanics.material.material import Material
+from gradedesign.mechanics.material.power_law import power_law
+from gradedesign.mechanics.material.scaling_law import LawOrigin
+from gradedesign.mechanics.sizing.homogenised import solve_homogenised
+from gradedesign.mechanics.sizing.homogenised_model import homogenised_model
+from gradedesign.mechanics.sizing.lattice_stiffness import (
     as_stiffness,
     effective_stiffness,
     lattice_stiffness,
 )
+from gradedesign.mechanics.sizing.solid_moments import solid_fraction, solid_moments
 
 LENGTH, WIDTH, HEIGHT, SKIN = 32.0, 6.0, 8.0, 1.0
 RHO = 0.15

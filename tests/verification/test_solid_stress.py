@@ -10,8 +10,8 @@ import pytest
 from oracles.plate_with_hole import plate_stress
 
 from gradedesign import load_case, run
-from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.output.write_stl import write_stl
+from gradedesign.geometry.formats.write_stl import write_stl
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 POISSON, PERCENTILE = 0.3, 99.5
 #: The displacements behind the stress are right to this share.

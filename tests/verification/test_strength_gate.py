@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.homogenise.fit_surface import POINTS, fit_surface
-from gradedesign.homogenise.macro_directions import spread_directions
-from gradedesign.homogenise.periodic import solve_periodic
-from gradedesign.homogenise.sampling import cell_fill
-from gradedesign.homogenise.strength import local_stress, sampled, stress_factors
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.mechanics.homogenise.fit_surface import POINTS, fit_surface
+from gradedesign.mechanics.homogenise.macro_directions import spread_directions
+from gradedesign.mechanics.homogenise.periodic import solve_periodic
+from gradedesign.mechanics.homogenise.sampling import cell_fill
+from gradedesign.mechanics.homogenise.strength import local_stress, sampled, stress_factors
+from gradedesign.program.host.registry import build_registry
 
 CELLS = ("gyroid-sheet", "gyroid-network", "primitive-sheet", "bcc")
 

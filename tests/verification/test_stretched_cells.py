@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.family import CellFamily
 from gradedesign.errors import SolverError
-from gradedesign.homogenise import cached_table
-from gradedesign.homogenise.cell_properties import stretched_symmetry
-from gradedesign.homogenise.periodic import solve_periodic
-from gradedesign.homogenise.sampling import cell_fill, voxel_counts
-from gradedesign.homogenise.table import compute_table
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.mechanics.homogenise import cached_table
+from gradedesign.mechanics.homogenise.cell_properties import stretched_symmetry
+from gradedesign.mechanics.homogenise.periodic import solve_periodic
+from gradedesign.mechanics.homogenise.sampling import cell_fill, voxel_counts
+from gradedesign.mechanics.homogenise.table import compute_table
 
 ROOT = 3**0.5
 

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from finite_cell_solids import box_face, load_case, newtons, problem
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.cell_surface import cell_surface
-from gradedesign.cell.wall_size import wall_mm
-from gradedesign.finite_cell.analysis import divide
-from gradedesign.finite_cell.space import unknown_count
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.planned_solid import PlannedPart, planned_solid
-from gradedesign.verify.analysis import PlannedSolid
-from gradedesign.verify.finite_cells import FINITE_CELLS
+from gradedesign.design.resolve.planned_solid import PlannedPart, planned_solid
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.cell_surface import cell_surface
+from gradedesign.geometry.cell.wall_size import wall_mm
+from gradedesign.mechanics.explicit.analysis import PlannedSolid
+from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS
+from gradedesign.mechanics.finite_cell.analysis import divide
+from gradedesign.mechanics.finite_cell.space import unknown_count
+from gradedesign.program.host.registry import build_registry
 
 CELLS = (3.0, 2.0, 2.0)
 #: The formula is exact for grids in random places; what 12 cells leave of chance was measured on

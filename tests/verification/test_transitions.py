@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from oracles.transition_density import density_error
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.neck import joining_shift, measure_neck
-from gradedesign.cell.shape import spread_points
-from gradedesign.cell.transition import cell_transition
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.neck import joining_shift, measure_neck
+from gradedesign.geometry.cell.shape import spread_points
+from gradedesign.geometry.cell.transition import cell_transition
+from gradedesign.program.host.registry import build_registry
 
 RHO = 0.3
 TEN = (

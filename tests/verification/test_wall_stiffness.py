@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from gradedesign.cell.calibration import calibrate
 from gradedesign.errors import LatticeError, SolverError
-from gradedesign.homogenise.islands import connected_wall
-from gradedesign.homogenise.periodic import solve_periodic
-from gradedesign.homogenise.wall import PLANE as IN_PLANE
-from gradedesign.homogenise.wall import wall_stiffness
-from gradedesign.homogenise.wall_ratios import _cut_fill
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.mechanics.homogenise.islands import connected_wall
+from gradedesign.mechanics.homogenise.periodic import solve_periodic
+from gradedesign.mechanics.homogenise.wall import PLANE as IN_PLANE
+from gradedesign.mechanics.homogenise.wall import wall_stiffness
+from gradedesign.mechanics.homogenise.wall_ratios import _cut_fill
+from gradedesign.program.host.registry import build_registry
 
 NU = 0.3
 PLANE = 1 / (1 - NU**2)

@@ -6,33 +6,36 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.cell_map import turned_axes, uniform_map
-from gradedesign.fe.load_case import PartLoadCase
-from gradedesign.fe.loads import traction_force
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.supports import supports_on
-from gradedesign.homogenise.wall_ratios import WallRatios, wall_ratios
-from gradedesign.lattice.domain import DesignDomain, PassiveRegion
-from gradedesign.limits.displacement import DisplacementLimit
-from gradedesign.limits.key import LimitKey
-from gradedesign.mesh.tet_mesh import boundary_facets
-from gradedesign.part.box import box_surface
-from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.part.signed_distance import surface_distance
-from gradedesign.plugin.registry import build_registry
-from gradedesign.size_effects import wall_cells
-from gradedesign.size_effects.wall_cells import wall_factors, wall_material
-from gradedesign.size_effects.wall_kinds import wall_kinds
-from gradedesign.sizing.homogenised import (
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.geometry.maps.cell_map import turned_axes, uniform_map
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.part_mesh import box_part_mesh
+from gradedesign.geometry.part.signed_distance import surface_distance
+from gradedesign.geometry.tets.tet_mesh import boundary_facets
+from gradedesign.mechanics.fe.load_case import PartLoadCase
+from gradedesign.mechanics.fe.loads import traction_force
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.supports import supports_on
+from gradedesign.mechanics.homogenise.wall_ratios import WallRatios, wall_ratios
+from gradedesign.mechanics.limits.displacement import DisplacementLimit
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.sizing import wall_cells
+from gradedesign.mechanics.sizing.homogenised import (
     homogenised_system,
     lattice_mass,
     solve_homogenised,
 )
-from gradedesign.sizing.homogenised_model import homogenised_model
-from gradedesign.sizing.lattice_stiffness import lattice_stiffness, lattice_stiffness_derivative
-from gradedesign.sizing.responses import response_gradients, solve_adjoints
-from gradedesign.sizing.state import solved_state
+from gradedesign.mechanics.sizing.homogenised_model import homogenised_model
+from gradedesign.mechanics.sizing.lattice_stiffness import (
+    lattice_stiffness,
+    lattice_stiffness_derivative,
+)
+from gradedesign.mechanics.sizing.responses import response_gradients, solve_adjoints
+from gradedesign.mechanics.sizing.state import solved_state
+from gradedesign.mechanics.sizing.wall_cells import wall_factors, wall_material
+from gradedesign.mechanics.sizing.wall_kinds import wall_kinds
+from gradedesign.program.host.registry import build_registry
 
 CELL = 22.0
 #: Faces 1 mm outside the axes of the struts; longer and wider than what counts as a wall.

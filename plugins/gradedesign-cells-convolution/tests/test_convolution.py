@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from gradedesign import CaseError, PluginError
-from gradedesign.cell.calibration import calibrate
 from gradedesign.fields import bond_graph, gradient, graph_segments, periodic_distance_to_segments
+from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.testing import check_cell_family
 from gradedesign_cells_convolution import convolution_family, gradedesign_cell_families
 from gradedesign_cells_convolution.convolution_family import MOST_STEPS, STEPS

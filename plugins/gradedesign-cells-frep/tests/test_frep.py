@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gradedesign import CaseError, DensityError, PluginError
-from gradedesign.cell.calibration import calibrate
 from gradedesign.fields import r_intersection, r_union
+from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.testing import check_cell_family
 from gradedesign_cells_frep import Pores, gradedesign_cell_families, pore_family
 from gradedesign_cells_frep.honeycomb_plates import STRETCH, hexagons, triangles

@@ -9,10 +9,10 @@ one sees a condition that is not what it says, not an error of one per cent.
 import numpy as np
 import pytest
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.homogenise.periodic import solve_periodic
-from gradedesign.homogenise.sampling import cell_fill
-from gradedesign.plugin.registry import build_registry
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.mechanics.homogenise.periodic import solve_periodic
+from gradedesign.mechanics.homogenise.sampling import cell_fill
+from gradedesign.program.host.registry import build_registry
 from gradedesign_laboratory.block import filled_void, solve_block
 
 REGISTRY = build_registry()

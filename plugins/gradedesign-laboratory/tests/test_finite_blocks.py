@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gradedesign.homogenise.constants import engineering_constants
-from gradedesign.homogenise.periodic import solve_periodic
+from gradedesign.mechanics.homogenise.constants import engineering_constants
+from gradedesign.mechanics.homogenise.periodic import solve_periodic
 from gradedesign_laboratory.block import filled_void, solve_block
 from gradedesign_laboratory.conductivity import cell_conductivity, conductivity_bound
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import LatticeError, SolverError
-from gradedesign.homogenise.constants import solid_stiffness
+from gradedesign.mechanics.homogenise.constants import solid_stiffness
 from gradedesign_laboratory.block import filled_void, solve_block
 from gradedesign_laboratory.conductivity import cell_conductivity, conductivity_bound
 

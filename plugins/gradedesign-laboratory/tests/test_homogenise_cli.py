@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from gradedesign.homogenise.critical_stress import CriticalStress
+from gradedesign.mechanics.homogenise.critical_stress import CriticalStress
 from gradedesign_laboratory import run_homogenise as module
 
 WORDS = ("homogenise", "gyroid-network", "--density", "0.5", "--resolution", "16")

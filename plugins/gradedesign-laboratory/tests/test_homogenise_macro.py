@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import SolverError
-from gradedesign.homogenise.constants import solid_stiffness
+from gradedesign.mechanics.homogenise.constants import solid_stiffness
 from gradedesign_laboratory.block import solve_block
 from gradedesign_laboratory.macro_element import (
     recover_stiffness,

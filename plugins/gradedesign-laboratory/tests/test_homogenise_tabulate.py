@@ -9,10 +9,10 @@ from importlib import resources
 import numpy as np
 import pytest
 
-from gradedesign.cli import on_dask
 from gradedesign.errors import DensityError
-from gradedesign.homogenise.table import compute_table
-from gradedesign.material.property_table import read_property_table
+from gradedesign.mechanics.homogenise.table import compute_table
+from gradedesign.mechanics.material.property_table import read_property_table
+from gradedesign.program.commands import on_dask
 from gradedesign_laboratory import run_tabulate as module
 
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from gradedesign.mesh.surface_mesh import enclosed_volume
-from gradedesign.output.printed_lattice import PrintedLattice
-from gradedesign.part.box import box_surface
+from gradedesign.geometry.formats.printed_lattice import PrintedLattice
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.triangles.surface_mesh import enclosed_volume
 from gradedesign_layers import layers
 from gradedesign_layers.cli_layers import export_cli, export_cli_binary, read_cli
 from gradedesign_layers.contours import signed_area

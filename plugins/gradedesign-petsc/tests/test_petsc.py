@@ -5,13 +5,13 @@ import pytest
 from skfem import MeshTet
 
 from gradedesign import SolverError
-from gradedesign.fe.multigrid_solver import MULTIGRID
-from gradedesign.fe.solution import LoadVector
-from gradedesign.fe.solve import solve_elastic
-from gradedesign.fe.space import tet_space
-from gradedesign.fe.stiffness import IsotropicStiffness
-from gradedesign.fe.supports import Supports
-from gradedesign.mesh.tet_mesh import TetMesh
+from gradedesign.geometry.tets.tet_mesh import TetMesh
+from gradedesign.mechanics.fe.multigrid_solver import MULTIGRID
+from gradedesign.mechanics.fe.solution import LoadVector
+from gradedesign.mechanics.fe.solve import solve_elastic
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.stiffness import IsotropicStiffness
+from gradedesign.mechanics.fe.supports import Supports
 from gradedesign_petsc import petsc_solver
 from gradedesign_petsc.petsc_solver import PETSC_GAMG, find_ranks
 

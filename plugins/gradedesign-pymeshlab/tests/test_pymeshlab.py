@@ -9,13 +9,13 @@ import pytest
 
 import gradedesign_pymeshlab
 from gradedesign import PartError
-from gradedesign.case.read_generate import load_generate_case
-from gradedesign.cli import main
-from gradedesign.part.part import read_part
-from gradedesign.part.read_stl import read_stl
-from gradedesign.part.repair import build_surface
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.part_repairer import part_repairer
+from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.design.resolve.part_repairer import part_repairer
+from gradedesign.geometry.formats.read_stl import read_stl
+from gradedesign.geometry.part.part import read_part
+from gradedesign.geometry.part.repair import build_surface
+from gradedesign.program.commands import main
+from gradedesign.program.host.registry import build_registry
 
 manifold3d = pytest.importorskip("manifold3d")
 REGISTRY = build_registry(plugins=[gradedesign_pymeshlab])

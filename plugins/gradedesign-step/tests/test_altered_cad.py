@@ -16,8 +16,8 @@ import pytest
 pytest.importorskip("OCP", reason="cadquery-ocp-novtk is not installed")
 
 from gradedesign import GradeDesignError, PartError
-from gradedesign.mesh.surface_mesh import enclosed_volume
-from gradedesign.part.repair import build_surface
+from gradedesign.geometry.part.repair import build_surface
+from gradedesign.geometry.triangles.surface_mesh import enclosed_volume
 from gradedesign_step import cad_reader
 from gradedesign_step.cad_reader import read_step
 

@@ -31,16 +31,16 @@ from OCP.TopExp import TopExp_Explorer
 from OCP.XCAFDoc import XCAFDoc_ColorGen, XCAFDoc_ColorSurf, XCAFDoc_DocumentTool
 
 from gradedesign import PartError
-from gradedesign.case.regions_schema import RegionSpec
-from gradedesign.mesh.surface_mesh import enclosed_volume
-from gradedesign.part.exact_faces import exact_faces
-from gradedesign.part.file_faces import carried
-from gradedesign.part.raw_triangles import in_mm
-from gradedesign.part.read_3mf import read_3mf
-from gradedesign.part.read_stl import read_stl
-from gradedesign.part.regions import select_regions
-from gradedesign.part.repair import build_surface
-from gradedesign.part.smooth_faces import segment_faces
+from gradedesign.geometry.formats.read_3mf import read_3mf
+from gradedesign.geometry.formats.read_stl import read_stl
+from gradedesign.geometry.part.exact_faces import exact_faces
+from gradedesign.geometry.part.file_faces import carried
+from gradedesign.geometry.part.raw_triangles import in_mm
+from gradedesign.geometry.part.regions import select_regions
+from gradedesign.geometry.part.regions_schema import RegionSpec
+from gradedesign.geometry.part.repair import build_surface
+from gradedesign.geometry.part.smooth_faces import segment_faces
+from gradedesign.geometry.triangles.surface_mesh import enclosed_volume
 from gradedesign_step.cad_reader import read_iges, read_step
 
 #: Centres of the holes of 6 mm diameter in the plate of 40 x 30 x 10 mm.

@@ -15,17 +15,17 @@ from numba import get_num_threads
 from small_parts import SHORT_BAR
 
 from gradedesign import load_case
-from gradedesign.case.toml_text import toml_text
-from gradedesign.cli import on_dask
+from gradedesign.common.values.toml_text import toml_text
+from gradedesign.design.verdict.result import RunResult
 from gradedesign.errors import LatticeError, ResourceError
-from gradedesign.limits.banded import Banded
-from gradedesign.limits.key import LimitKey
-from gradedesign.limits.row import LimitRow
-from gradedesign.loop.stages import open_stages
-from gradedesign.output.result import RunResult
-from gradedesign.results.failed import recording_failure
-from gradedesign.results.files import write_result
-from gradedesign.results.finished import finished_result
+from gradedesign.mechanics.limits.banded import Banded
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.program.commands import on_dask
+from gradedesign.program.outputs.failed import recording_failure
+from gradedesign.program.outputs.files import write_result
+from gradedesign.program.outputs.finished import finished_result
+from gradedesign.program.store.stages import open_stages
 from gradedesign_sweep import run_sweep as module
 from gradedesign_sweep.non_dominated import non_dominated
 from gradedesign_sweep.table import DesignRow, LimitValue, limit_value

@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from gradedesign.case.part_schema import ShapeSpec
-from gradedesign.case.read_generate import load_generate_case
-from gradedesign.case.voxels_schema import VoxelsSpec
+from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.design.resolve.part_readers import part_readers
+from gradedesign.design.resolve.voxel_part import voxel_triangles
 from gradedesign.errors import CaseError, GradeDesignError, PartError, ResourceError
-from gradedesign.part.part import read_part
-from gradedesign.part.voxel_volume import VoxelVolume
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.part_readers import part_readers
-from gradedesign.resolve.voxel_part import voxel_triangles
+from gradedesign.geometry.part.part import read_part
+from gradedesign.geometry.part.part_schema import ShapeSpec
+from gradedesign.geometry.part.voxel_volume import VoxelVolume
+from gradedesign.geometry.part.voxels_schema import VoxelsSpec
+from gradedesign.program.host.registry import build_registry
 from gradedesign_volumes.voxel_files import (
     read_image_volume,
     read_npy_volume,

@@ -9,13 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gradedesign import CellFamily, PluginError
-from gradedesign.fields import (
-    Field,
-    FloatArray,
-    graph_segments,
-    periodic_spline,
-    segment_symmetry,
-)
+from gradedesign.fields import Field, FloatArray, graph_segments, periodic_spline, segment_symmetry
 from gradedesign_cells_convolution.line_convolution import line_convolution
 
 SOURCE = "Gaussian line convolution (Tang et al., CAD'19, 69-74) of "

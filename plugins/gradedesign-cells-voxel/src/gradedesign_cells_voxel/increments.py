@@ -17,12 +17,7 @@ from functools import cache
 import numpy as np
 
 from gradedesign import CaseError, CellFamily, PluginError
-from gradedesign.fields import (
-    Field,
-    FloatArray,
-    periodic_distance_to_level_set,
-    periodic_spline,
-)
+from gradedesign.fields import Field, FloatArray, periodic_distance_to_level_set, periodic_spline
 from gradedesign_cells_voxel.sampling import COUNT, spread
 from gradedesign_cells_voxel.voxel_cell import Symmetry, VoxelReading, VoxelSurface, voxel_surface
 from gradedesign_cells_voxel.voxels import VoxelSource

@@ -10,12 +10,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from gradedesign import CellFamily, PluginError
-from gradedesign.fields import (
-    Field,
-    Interpolation,
-    periodic_distance_to_level_set,
-    periodic_spline,
-)
+from gradedesign.fields import Field, Interpolation, periodic_distance_to_level_set, periodic_spline
 from gradedesign_cells_voxel.sampling import COUNT, require_volume, spread
 from gradedesign_cells_voxel.voxels import (
     VoxelSource,

@@ -1,1 +1,0 @@
-"""The user's case file: schema, quantities with units, regions, loading."""

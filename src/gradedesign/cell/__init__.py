@@ -1,1 +1,0 @@
-"""Cell families: calibration, percolation, wall size, maps."""

@@ -1,1 +1,0 @@
-"""Check of a case before anything is computed."""

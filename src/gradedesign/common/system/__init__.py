@@ -1,0 +1,1 @@
+"""The machine below: progress, cache, worker processes, limits of time and memory, whole files."""

@@ -1,0 +1,1 @@
+"""Values and tables of a case file: units, quantities, formulas, suggestions, the line of a key."""

@@ -1,0 +1,1 @@
+"""The printed surface judged: whole at two resolutions, remeshed whole or in windows."""

@@ -1,0 +1,1 @@
+"""The case file: all its tables, read and checked together."""

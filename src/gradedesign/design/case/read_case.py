@@ -1,0 +1,427 @@
+"""Reading a case file: from TOML to a checked :class:`Case`, or every problem at once.
+
+Above 300 lines: the checks across tables read like the one list that they are.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import logging
+import re
+import tomllib
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, TypeAlias, TypeVar
+
+from pydantic import TypeAdapter, ValidationError
+
+from gradedesign.common.values.key_path import with_values
+from gradedesign.common.values.problems import (
+    Problem,
+    case_error,
+    dotted,
+    missing,
+    placed,
+    problems_of,
+    unknown,
+    without_meant,
+)
+from gradedesign.common.values.suggest import instead
+from gradedesign.common.values.table import Table
+from gradedesign.common.values.toml_lines import Key, key_lines
+from gradedesign.common.values.toml_mistakes import mistake, unclosed
+from gradedesign.design.case.checks import case_warnings, cross_problems, reference_problems
+from gradedesign.design.case.schema import Case, CaseFile
+from gradedesign.errors import CaseError
+from gradedesign.geometry.cell.own_cell_schema import own_cell_file
+from gradedesign.geometry.part.part_path import slices_with
+from gradedesign.geometry.part.part_schema import ShapeSpec
+from gradedesign.geometry.part.place_schema import PlaceSpec
+from gradedesign.mechanics.limits.limits_schema import LimitEntry, LimitsSpec, with_limit_entries
+
+log = logging.getLogger(__name__)
+
+Layout = TypeVar("Layout", bound=Table)
+
+#: Bytes of a case file, which has a few kB: a larger file is some other one. Chosen, not measured.
+_LARGEST = 1_000_000
+_FILE_NAME = "case.toml"
+_PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
+
+
+#: A case as its file states it.
+NO_VALUES: Mapping[str, Any] = MappingProxyType({})
+
+#: Lists of ``[limits]`` that kinds of limits bring; called only where a file names one.
+LimitEntries: TypeAlias = Callable[[], Mapping[str, type[LimitEntry]]]
+
+
+def no_entries() -> Mapping[str, type[LimitEntry]]:
+    """The limits of the core alone."""
+    return {}
+
+
+def load_case(
+    path: str | Path,
+    *,
+    allow_outside: bool = False,
+    entries: LimitEntries = no_entries,
+    values: Mapping[str, Any] = NO_VALUES,
+) -> Case:
+    """Read and check a case file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The TOML file, or the folder that holds a ``case.toml``.
+    allow_outside : bool
+        Whether the part file may lie outside the folder of the case.
+    entries : callable
+        Lists that registered kinds of limits add to ``[limits]``, see `LimitEntries`.
+    values : mapping of dotted key to value
+        As TOML gives them, such as ``{"lattice.size": "10 mm"}``; they replace those of the file.
+
+    Returns
+    -------
+    Case
+        Every value in internal units.
+
+    Raises
+    ------
+    CaseError
+        With a summary and one line per problem: file, line, key, what was found, what would be
+        right.
+    """
+    content, file, lines = read_layout(
+        path,
+        CaseFile,
+        allow_outside=allow_outside,
+        across=cross_problems,
+        entries=entries,
+        values=values,
+    )
+    orientation = content.lattice.orientation
+    tables = {name: getattr(content, name) for name in CaseFile.model_fields if name != "case"}
+    case = Case(
+        name=content.case.name,
+        path=file,
+        folder=file.parent,
+        case_hash=case_hash(
+            content,
+            file,
+            *part_files(content.part),
+            *body_files(*content.keep, *content.zone),
+            orientation.vtu if orientation else None,
+            own_cell_file(content.lattice),
+        ),
+        warnings=tuple(placed(file, lines, problem) for problem in case_warnings(content)),
+        lines=dotted_lines(lines),
+        **tables,
+    )
+    for warning in case.warnings:
+        log.warning("%s", warning)
+    return case
+
+
+class _KindsAskedFor(Exception):  # noqa: N818  control flow of `require_text`, never seen outside
+    """The case names a kind of limit that only an installed plugin can read."""
+
+
+def require_text(
+    path: str | Path,
+    layout: type[Table],
+    across: Callable[[Any], Iterable[Problem]],
+    *,
+    allow_outside: bool,
+) -> None:
+    """Refuse a case by its text alone, before plugins and solvers are loaded.
+
+    Nothing is refused here where the text names a limit that is not the core's: those who load
+    the plugins read it again.
+
+    Parameters
+    ----------
+    path, layout, across, allow_outside
+        As of `read_layout`.
+
+    Raises
+    ------
+    CaseError
+        With every problem.
+    """
+
+    def ask() -> Mapping[str, type[LimitEntry]]:
+        raise _KindsAskedFor
+
+    with contextlib.suppress(_KindsAskedFor):
+        read_layout(path, layout, allow_outside=allow_outside, across=across, entries=ask)
+
+
+def read_layout(
+    path: str | Path,
+    layout: type[Layout],
+    *,
+    allow_outside: bool,
+    across: Callable[[Layout], Iterable[Problem]],
+    entries: LimitEntries = no_entries,
+    values: Mapping[str, Any] = NO_VALUES,
+) -> tuple[Layout, Path, dict[Key, int]]:
+    """Read a case file into a layout of tables.
+
+    Parameters
+    ----------
+    path : str or Path
+        The TOML file, or the folder that holds a ``case.toml``.
+    layout : type of Table
+        Its fields are the tables of the file.
+    allow_outside : bool
+        Whether the case may name files outside its folder.
+    across : callable
+        Finds values of different tables that contradict each other.
+    entries : callable
+        Lists that registered kinds of limits add to ``[limits]``.
+    values : mapping of dotted key to value
+        They replace those of the file.
+
+    Returns
+    -------
+    content : Layout
+    file : Path
+        Absolute.
+    lines : dict of key path to int
+        Line of every key.
+
+    Raises
+    ------
+    CaseError
+        With every problem.
+    """
+    file = case_file(Path(path))
+    data, lines = read_toml(file)
+    data = with_values(data, values)
+    layout = with_limit_entries(layout, _named_entries(data, entries))
+    content, problems = _validate(data, file.parent, layout, allow_outside=allow_outside)
+    problems.extend(reference_problems(data))
+    if content is not None:
+        problems.extend(across(content))
+    if content is None or problems:
+        raise case_error(file, lines, problems)
+    return content, file, lines
+
+
+def dotted_lines(lines: Mapping[Key, int]) -> dict[str, int]:
+    """Line of every key by its dotted path."""
+    return {dotted(key): line for key, line in lines.items()}
+
+
+def read_toml(file: Path) -> tuple[dict[str, Any], dict[Key, int]]:
+    """Content of a TOML file of at most 1 MB, and the line of every key.
+
+    Raises
+    ------
+    CaseError
+        If it cannot be read, is no TOML, or is nested beyond what any case needs.
+    """
+    try:
+        text = _read_text(file)
+        try:
+            lines = key_lines(text)
+        except CaseError as error:
+            raise CaseError(f"{file}: {error}") from None
+        return _parse(text, file), lines
+    except CaseError as error:
+        if file.suffix.lower() == ".toml":
+            raise
+        raise CaseError(
+            f"{error}\nis {file.name} the file of a part? `gradedesign new` begins a case with one"
+        ) from None
+
+
+def _named_entries(
+    data: Mapping[str, Any], entries: LimitEntries
+) -> Mapping[str, type[LimitEntry]]:
+    """Lists of limits that a file names; all known ones if it has an unknown key.
+
+    What is installed beside them does not change the identity of a case.
+    """
+    limits = data.get("limits")
+    core_names = {field.alias or name for name, field in LimitsSpec.model_fields.items()}
+    more = set(limits) - core_names if isinstance(limits, dict) else set()
+    if not more:
+        return {}
+    brought = entries()
+    return {name: entry for name, entry in brought.items() if name in more or more - set(brought)}
+
+
+def case_file(path: Path) -> Path:
+    """The case file, absolute, of its path or of its folder's.
+
+    Raises
+    ------
+    CaseError
+        If there is none.
+    """
+    try:
+        file = path / _FILE_NAME if path.is_dir() else path
+        if not file.exists():
+            beside = file.parent.iterdir() if file.parent.is_dir() else ()
+            names = sorted(p.name for p in beside if p.suffix == ".toml")
+            guess = instead(file.name, names, label="case files there")
+            raise CaseError(
+                f"{file}: no such case file; {guess}; `gradedesign new` begins one from a part"
+            )
+        if not file.is_file():
+            raise CaseError(f"{file}: not a regular file; expected a case file in TOML")
+        return file.absolute()
+    except (OSError, ValueError) as error:
+        # ValueError is a path with a zero byte
+        raise CaseError(f"{str(path)!r}: cannot be read as a case file: {error}") from None
+
+
+def _read_text(file: Path) -> str:
+    try:
+        with file.open("rb") as stream:
+            content = stream.read(_LARGEST + 1)
+    except OSError as error:
+        raise CaseError(f"{file}: cannot be read: {error.strerror}") from None
+    if len(content) > _LARGEST:
+        raise CaseError(f"{file}: larger than 1 MB; expected a case file of a few kB")
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise CaseError(
+            f"{file}:{line}: not UTF-8 text, byte {content[error.start]:#04x}; save the file as "
+            "UTF-8"
+        ) from None
+    return text.replace("\r\n", "\n")
+
+
+def _parse(text: str, file: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise CaseError(f"{file}: nested too deeply") from None
+    except ValueError as error:
+        # TOMLDecodeError, or a whole number of thousands of digits
+        raise CaseError(_syntax_message(str(error), text, file)) from None
+
+
+def _syntax_message(message: str, text: str, file: Path) -> str:
+    match = _PLACE.search(message)
+    if match is None:
+        return f"{file}: not valid TOML: {message}"
+    rows = text.split("\n")
+    row = int(match[1]) if match[1] else len(rows)
+    column = int(match[2]) if match[2] else len(rows[-1]) + 1
+    start = max(0, column - 60)
+    shown_row = "".join(c if c.isprintable() else " " for c in rows[row - 1][start : start + 100])
+    caret = " " * (column - 1 - start) + "^"
+    reason = message[: match.start()]
+    begun = unclosed(rows, row - 1) + 1
+    if begun < row:
+        what = rows[begun - 1].strip()
+        hint = mistake(reason, rows, begun - 1) or "what opens there has no end"
+        return f"{file}:{begun}: not valid TOML: {reason}: {hint}\n    {what[:100]}"
+    if hint := mistake(reason, rows, row - 1):
+        reason = f"{reason}: {hint}"
+    return f"{file}:{row}:{column}: not valid TOML: {reason}\n    {shown_row}\n    {caret}"
+
+
+def _validate(
+    data: Mapping[str, Any], folder: Path, layout: type[Layout], *, allow_outside: bool
+) -> tuple[Layout | None, list[Problem]]:
+    """Check every section by itself, so that one wrong section hides no other's problems."""
+    context = {"folder": folder, "allow_outside": allow_outside}
+    problems = list(_unknown_sections(data, layout))
+    sections: dict[str, Any] = {}
+    for name, field in layout.model_fields.items():
+        if name not in data:
+            if field.is_required():
+                problems.append(missing((name,), field))
+            continue
+        try:
+            sections[name] = _adapter(layout, name).validate_python(data[name], context=context)
+        except ValidationError as error:
+            errors = error.errors(include_url=False)
+            problems.extend(problems_of(errors, prefix=(name,), layout=layout))
+    required = layout.model_fields["load_case"]
+    if required.is_required() and not sections.get("load_case", True):
+        problems.append(missing(("load_case",), required))
+    if problems:
+        return None, list(without_meant(problems))
+    return layout(**sections), problems
+
+
+def _unknown_sections(data: Mapping[str, Any], layout: type[Table]) -> Iterator[Problem]:
+    section_names = tuple(layout.model_fields)
+    for name in data:
+        if name not in section_names:
+            yield unknown(layout, layout, (name,), section_names, "table")
+
+
+@cache
+def _adapter(layout: type[Table], section: str) -> TypeAdapter[Any]:
+    annotation: Any = layout.model_fields[section].annotation
+    return TypeAdapter(annotation)
+
+
+def part_files(part: ShapeSpec) -> list[Path]:
+    """Files that the part is read from: one, or all images of a stack."""
+    return [] if part.file is None else slices_with(part.file)
+
+
+def body_files(*places: PlaceSpec) -> list[Path]:
+    """Files of bodies, in the order of their places."""
+    return [p.body.file for p in places if p.body is not None and p.body.file is not None]
+
+
+def case_hash(content: Table, file: Path, *read: Path | None) -> str:
+    """Hash of a case's content and of the files it is read from, whatever its place and spelling.
+
+    Budgets of time, memory and iterations do not count, nor do the formats that are written: with
+    more of them, or without one that cannot be written, a run that ended early resumes from the
+    stages it finished.
+
+    Parameters
+    ----------
+    content : Table
+        With a table ``part``; the path of its file does not count.
+    file : Path
+        The case file, for messages.
+    *read : Path or None
+        Files whose bytes and suffix count.
+
+    Raises
+    ------
+    CaseError
+        If a file cannot be read.
+    """
+    specification = content.model_dump(
+        mode="json",
+        exclude={
+            "output": True,
+            "part": {"file"},
+            "run": {"time", "memory", "max_iterations"},
+            "lattice": {"own_cell": {"file"}, "orientation": {"vtu"}},
+            "keep": {"__all__": {"body": {"file"}}},
+            "zone": {"__all__": {"body": {"file"}}},
+        },
+    )
+    digest = hashlib.sha256()
+    canonical = json.dumps(specification, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    digest.update(canonical.encode())
+    for source in read:
+        if source is None:
+            continue
+        try:
+            with source.open("rb") as stream:
+                digest.update(hashlib.file_digest(stream, "sha256").digest())
+        except OSError as error:
+            raise CaseError(f"{file}: {source} cannot be read: {error.strerror}") from None
+        digest.update(source.suffix.lower().encode())
+    return digest.hexdigest()

@@ -1,0 +1,182 @@
+"""The case: everything the user states, checked and in mm, N, MPa, t/mm^3, K, s, bytes, degrees.
+
+:class:`CaseFile` is the layout of the file; :class:`Case` is what the program works with. The
+tables they are made of are re-exported here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, ClassVar
+
+from pydantic import Field, SerializeAsAny
+
+from gradedesign.common.values.locate import Where
+from gradedesign.common.values.table import Table
+from gradedesign.common.values.units import DIMENSIONS
+from gradedesign.common.values.value_types import Name, RegionName
+from gradedesign.design.case.run_schema import OutputSpec, RunSpec
+from gradedesign.design.printing.print_schema import PrintSpec
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
+from gradedesign.geometry.lattice.zone_schema import ZoneSpec
+from gradedesign.geometry.part.part_schema import PartSpec, ShapeSpec
+from gradedesign.geometry.part.place_schema import KeepSpec
+from gradedesign.geometry.part.regions_schema import BoxSpec, CylinderSpec, PlaneSpec, RegionSpec
+from gradedesign.mechanics.fe.load_schema import FixSpec, LoadCaseSpec, LoadSpec
+from gradedesign.mechanics.limits.limits_schema import (
+    DisplacementLimit,
+    Exclusion,
+    LimitEntry,
+    LimitsSpec,
+    SolidMultiple,
+    with_limit_entries,
+)
+from gradedesign.mechanics.material.material_schema import MaterialSpec
+
+__all__ = [
+    "BoxSpec",
+    "Case",
+    "CaseFile",
+    "CaseIdentity",
+    "CaseSection",
+    "CylinderSpec",
+    "DisplacementLimit",
+    "Exclusion",
+    "FixSpec",
+    "KeepSpec",
+    "LatticeSpec",
+    "LimitsSpec",
+    "LoadCaseSpec",
+    "LoadSpec",
+    "MaterialSpec",
+    "OutputSpec",
+    "PartSpec",
+    "PlaneSpec",
+    "PrintSpec",
+    "RegionSpec",
+    "RunSpec",
+    "ShapeSpec",
+    "SolidMultiple",
+    "ZoneSpec",
+    "schema_json",
+]
+
+
+class CaseSection(Table):
+    """Name of the case."""
+
+    name: Name = Field(examples=["cantilever"])
+    """Shown in the report."""
+
+
+class CaseFile(Table):
+    """Layout of a case file: its tables by name."""
+
+    called: ClassVar[Mapping[str, str]] = {
+        "constraints": "limits",
+        "geometry": "part",
+        "passive": "keep",
+        "printer": "print",
+        "supports": "load_case",
+        "loads": "load_case",
+        "filling": "lattice",
+    }
+
+    case: CaseSection
+    part: PartSpec
+    region: dict[RegionName, RegionSpec] = Field(default_factory=dict)
+    material: MaterialSpec
+    keep: tuple[KeepSpec, ...] = ()
+    load_case: tuple[LoadCaseSpec, ...]
+    limits: LimitsSpec
+    lattice: LatticeSpec
+    zone: tuple[ZoneSpec, ...] = ()
+    print: PrintSpec | None = None
+    run: RunSpec = Field(default_factory=RunSpec)
+    output: OutputSpec = Field(default_factory=OutputSpec)
+
+
+class CaseIdentity(Table):
+    """Fields common to all cases: place on disk, identity, part and output."""
+
+    name: str
+    """Shown in the report."""
+    path: Path
+    """The case file, absolute."""
+    folder: Path
+    """The folder of the case file, absolute."""
+    part: ShapeSpec
+    region: dict[str, RegionSpec]
+    keep: tuple[KeepSpec, ...]
+    print: PrintSpec | None
+    run: RunSpec
+    output: OutputSpec
+    case_hash: str
+    """SHA-256 of the content in internal units and of the bytes of the part file, hex."""
+    warnings: tuple[str, ...] = ()
+    """Warnings about values that are allowed but unusual."""
+    lines: dict[str, int] = Field(default_factory=dict, repr=False)
+    """Line of every key of the file, by dotted path such as ``load_case[0].load[1].force``."""
+
+    aliases: dict[str, str] = Field(default_factory=dict, repr=False)
+    """Keys of the file that stand for others: a zone's for those of ``[lattice]``."""
+
+    @property
+    def where(self) -> Where:
+        """Where its keys stand in the file."""
+        return Where(file=self.path.name, lines=self.lines, aliases=self.aliases, layout=type(self))
+
+
+class Case(CaseIdentity):
+    """A case as read: the tables of its file, where it lies, and its identity."""
+
+    part: PartSpec
+    material: MaterialSpec
+    load_case: tuple[LoadCaseSpec, ...]
+    # Lists that kinds of limits brought are part of what is asked.
+    limits: SerializeAsAny[LimitsSpec]
+    lattice: LatticeSpec
+    zone: tuple[ZoneSpec, ...]
+
+
+def _stated(value: Any, key: Mapping[str, Any]) -> Any:
+    """A default as a case would state it: quantities with their unit."""
+    if isinstance(value, list):
+        return [_stated(entry, key["items"]) for entry in value]
+    return DIMENSIONS[key["x-dimension"]].words(value) if "x-dimension" in key else value
+
+
+def schema_json(
+    layout: type[Table], entries: Mapping[str, type[LimitEntry]] = MappingProxyType({})
+) -> dict[str, Any]:
+    """JSON schema of a case file, for completion and checks in editors.
+
+    Parameters
+    ----------
+    layout : type
+        `CaseFile`, or `GenerateFile` for the case of ``gradedesign generate``.
+    entries : mapping of key to type of LimitEntry
+        Lists of limits that registered kinds bring.
+
+    Returns
+    -------
+    dict
+        Draft 7, which editors of TOML read; describes the text that is written, not the converted
+        values. What holds across keys or needs a file is left to ``gradedesign check``.
+    """
+    schema = with_limit_entries(layout, entries).model_json_schema(
+        by_alias=True, ref_template="#/definitions/{model}"
+    )
+    definitions = schema.pop("$defs")
+    for body in definitions.values():
+        for key in body["properties"].values():
+            default = key.pop("default", None)
+            if default not in (None, [], {}):  # these three are how a key is not stated
+                key["default"] = _stated(default, key)
+    return {
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        **schema,
+        "definitions": definitions,
+    }

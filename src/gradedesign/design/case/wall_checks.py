@@ -1,0 +1,86 @@
+"""Walls that the printer of a case cannot make."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from gradedesign.common.values.problems import Problem
+from gradedesign.design.case.run_schema import RunSpec
+from gradedesign.design.printing.print_schema import PrintSpec
+from gradedesign.geometry.lattice.lattice_schema import CellsSpec
+
+#: Thinnest wall and layer, mm, of the coarsest printers, which lay beads of concrete or weld metal.
+#: Chosen, not measured.
+MOST_LEAST_WALL = 50.0
+#: Elements along the shortest edge of a cell, at least: two for its solid and two for its void.
+LEAST_ELEMENTS = 4
+
+
+def grid_problems(lattice: CellsSpec, run: RunSpec) -> Iterator[Problem]:
+    """Find a stated grid of the explicit analysis that is too coarse for the cells.
+
+    Yields
+    ------
+    Problem
+    """
+    stated, most = run.explicit_mesh_size, lattice.cell_size / LEAST_ELEMENTS
+    if stated is not None and stated > most:
+        yield Problem(
+            key=("run", "explicit_mesh_size"),
+            message=f"found {stated:g} mm for cells of {lattice.cell_size:g} mm, whose walls such "
+            f"elements step over; expected {most:.3g} mm at most",
+        )
+
+
+def feather_problems(spec: PrintSpec | None) -> Iterator[Problem]:
+    """Find a limit on feather edges without the wall that they are thinner than.
+
+    Yields
+    ------
+    Problem
+    """
+    if spec is not None and spec.min_wall is None and spec.limits.feather_edges is not None:
+        yield Problem(
+            key=("print", "limits", "feather_edges"),
+            message=f"found {spec.limits.feather_edges:g} without [print] min_wall; expected the "
+            'thinnest wall that the printer makes beside it, such as min_wall = "0.4 mm"',
+        )
+
+
+def wall_problems(lattice: CellsSpec, spec: PrintSpec | None) -> Iterator[Problem]:
+    """Find cells too small for the stated thinnest wall, and stated walls no printer has.
+
+    Yields
+    ------
+    Problem
+    """
+    if spec is None:
+        return
+    for key, what in (
+        ("min_wall", "thinnest wall that the printer makes"),
+        ("layer_height", "height of a layer"),
+        ("pixel_size", "resolution within a layer"),
+    ):
+        value = getattr(spec, key)
+        if value is not None and value > MOST_LEAST_WALL:
+            yield Problem(
+                key=("print", key),
+                message=f"found {value:g} mm; expected the {what}, {MOST_LEAST_WALL:g} mm at most; "
+                f"is its unit right?",
+            )
+    least = spec.min_wall
+    if least is None or least > MOST_LEAST_WALL:
+        return
+    size, wall = lattice.cell_size, lattice.wall
+    if size < 2 * least:
+        yield Problem(
+            key=("lattice", "size"),
+            message=f"found {size:g} mm, less than twice the min_wall of {least:g} mm; "
+            f"expected at least {2 * least:g} mm",
+        )
+    if wall is not None and wall < least:
+        yield Problem(
+            key=("lattice", "wall"),
+            message=f"found {wall:g} mm, thinner than the min_wall of {least:g} mm; "
+            f"expected at least that",
+        )

@@ -1,0 +1,1 @@
+"""A case looked at without analysis, and drafts of cases."""

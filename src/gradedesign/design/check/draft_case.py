@@ -1,0 +1,275 @@
+"""A case file to begin with: a part's faces as regions, and "?" for what only its user knows."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import chain, count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from gradedesign.arrays import FloatArray
+from gradedesign.common.values.toml_text import toml_value
+from gradedesign.design.case.run_schema import OutputSpec, RunSpec
+from gradedesign.design.case.schema import CaseIdentity, RegionSpec
+from gradedesign.design.resolve.part_readers import part_readers
+from gradedesign.design.resolve.registry import Registry
+from gradedesign.errors import CaseError
+from gradedesign.geometry.part.part import Part, read_part
+from gradedesign.geometry.part.part_schema import UNITS, PartSpec
+from gradedesign.geometry.part.regions import Region, select_regions
+from gradedesign.geometry.part.regions_schema import AXES
+from gradedesign.geometry.part.round_shapes import RoundShapes, round_shapes
+from gradedesign.geometry.triangles._surface_mesh_kernels import triangle_areas
+
+#: Regions of each kind (named faces, holes) that are proposed. Chosen, not measured.
+MOST_REGIONS = 12
+#: First word of the name of a region of hollow shapes.
+_HOLLOW = {
+    "hole": "hole",
+    "half bore": "half_bore",
+    "inner rounding": "hole",
+    "slot": "slot",
+    "countersink or inner cone": "cone",
+}
+#: What a wall all around spans, at least where facets of 12 around are missing.
+_WHOLE = "360 deg"
+#: Letters of a region's name that a name in the file gives. Chosen, not measured.
+_LETTERS = 60
+#: Share of a size below which a coordinate is rounding noise.
+_NOISE = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DraftCase:
+    """A part with the regions that a case may name on it.
+
+    Attributes
+    ----------
+    part : Part
+    stated : mapping of str to str
+        Keys of ``[part]`` beside its file.
+    regions : mapping of str to Region
+        Every one selects what its lines say.
+    lines : mapping of str to str
+        TOML of each region.
+    others : tuple of RoundShapes
+        Round shapes that are none of them.
+    cell_size : float, mm
+        Half of the mean chord of the part.
+    """
+
+    part: Part
+    stated: Mapping[str, str]
+    regions: Mapping[str, Region]
+    lines: Mapping[str, str]
+    others: tuple[RoundShapes, ...]
+    cell_size: float
+
+
+def draft_case(
+    path: Path,
+    registry: Registry,
+    *,
+    units: str | None = None,
+    auto: bool = False,
+    bodies: str = "one",
+) -> DraftCase:
+    """Read a part and find the faces on which it may be held and loaded.
+
+    Parameters
+    ----------
+    path : Path
+        The part's file.
+    registry : Registry
+    units : str, optional
+        One of `UNITS`, of its coordinates where the file carries none.
+    auto : bool
+        Whether damage is repaired that needs a choice, as ``[part] repair = "auto"`` does.
+    bodies : str
+        One of `BODIES`, as ``[part] bodies``.
+
+    Raises
+    ------
+    CaseError
+        If there is no such file, no reader takes it, it holds voxels, or its unit is not known.
+    PartError
+        If its geometry is damaged.
+    """
+    if not path.is_file():
+        raise CaseError(f"{path}: no such file; expected the file of a part")
+    stated = {} if units is None else {"units": units}
+    if auto:
+        stated["repair"] = "auto"
+    if bodies != "one":
+        stated["bodies"] = bodies
+    identity = _identity(path, stated)
+    readers = part_readers(identity, registry)
+    suffix = path.suffix.lower()
+    if any(reader.sampled and suffix in reader.suffixes for reader in registry.readers.values()):
+        raise CaseError(
+            f"{path.name} holds voxels, and only its user knows which of them are solid: write the "
+            "case with a table [part.voxels], see docs/parts.md"
+        )
+    if units is None:
+        raw = readers[suffix](path)
+        if raw.unit is None:
+            box = " x ".join(f"{edge:.4g}" for edge in np.ptp(raw.corners.reshape(-1, 3), axis=0))
+            raise CaseError(
+                f"{path.name} carries no unit, and its box is {box} of them; state one of "
+                + ", ".join(f'units="{unit}"' for unit in UNITS)
+            )
+    part = read_part(identity, readers)
+    groups = round_shapes(part.surface, part.faces)
+    regions: dict[str, Region] = {}
+    lines: dict[str, str] = {}
+    for name, keys in (*_file_names(part), *_holes(groups), *_flat_ends()):
+        try:
+            spec = {name: RegionSpec.model_validate(keys)}
+            found = select_regions(part.surface, part.faces, spec, part.file_faces)[name]
+        except (CaseError, ValidationError):
+            # Not on this part, not told apart by these keys, or a name that no case can state.
+            continue
+        if any(_same(found, other) for other in regions.values()):
+            continue
+        key = next(k for k in chain([name], (f"{name}_{n}" for n in count(2))) if k not in regions)
+        regions[key] = found
+        lines[key] = "\n".join(f"{k} = {toml_value(value)}" for k, value in keys.items())
+        lines[key] += _one_of(found, part)
+    area = float(triangle_areas(part.surface.vertices, part.surface.faces).sum())
+    # The mean chord of any body is 4 V / A (Cauchy).
+    return DraftCase(
+        part=part,
+        stated=stated,
+        regions=regions,
+        lines=lines,
+        others=tuple(g for g in groups if not (g.kind in _HOLLOW and _hole_name(g) in lines)),
+        cell_size=float(f"{2.0 * part.volume / area:.2g}"),
+    )
+
+
+def draft_text(draft: DraftCase, name: str, file_name: str) -> str:
+    """The case file of a draft.
+
+    Parameters
+    ----------
+    draft : DraftCase
+    name : str
+        Of the case.
+    file_name : str
+        Of the part, beside the case file.
+    """
+    more = "".join(f"{key} = {toml_value(value)}\n" for key, value in draft.stated.items())
+    regions = "\n\n".join(f"[region.{key}]\n{text}" for key, text in draft.lines.items())
+    return f"""\
+# State what stands as "?", leave out the regions that nothing needs, then: gradedesign check
+[case]
+name = {toml_value(name)}
+
+[part]
+file = {toml_value(file_name)}
+{more}
+# Faces that may be held or loaded.
+{regions or "# None was found: see docs/parts.md for how regions are picked."}
+
+[material]
+name = "?"  # gradedesign materials lists them
+
+# Solid behind faces that are bolted or loaded, one table each:
+# [[keep]]
+# region = "?"
+# margin = "2 mm"
+
+[[load_case]]
+name = "load"
+fix = [{{region = "?"}}]
+load = [{{region = "?", force = ["? N", "? N", "? N"]}}]
+
+[limits]
+safety_factor = "?"  # a number, on the yield strength
+# displacement = [{{region = "?", magnitude = "? mm"}}]
+
+[lattice]
+cell = "?"  # gradedesign cells lists them
+size = "{draft.cell_size:g} mm"  # half of the part's mean thickness
+"""
+
+
+def _identity(path: Path, stated: Mapping[str, str]) -> CaseIdentity:
+    """Identity of a case that has only a part."""
+    # The part is copied beside its case, wherever a link leads.
+    context = {"folder": path.absolute().parent, "allow_outside": True}
+    return CaseIdentity(
+        name=path.stem,
+        path=path,
+        folder=path.absolute().parent,
+        part=PartSpec.model_validate({"file": path.name, **stated}, context=context),
+        region={},
+        keep=(),
+        print=None,
+        run=RunSpec(),
+        output=OutputSpec(),
+        case_hash="",
+    )
+
+
+def _holes(groups: tuple[RoundShapes, ...]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Holes, slots and inner cones by size and direction, the largest faces first."""
+    holes = sorted((g for g in groups if g.kind in _HOLLOW), key=lambda g: -g.area)
+    for hole in holes[:MOST_REGIONS]:
+        key, stated = hole.keys
+        name = _hole_name(hole)
+        yield name, {key: stated, "count": hole.count}
+        if key == "cylinder" and "span" not in stated:
+            # Where half a bore, or the ends of a slot, have the same diameter.
+            yield name, {key: {**stated, "span": _WHOLE}, "count": hole.count}
+        if hole.count == 1 and key != "slot":
+            # Where a boss or a rounding has the same diameter.
+            point = _lengths(hole.points[0], hole.diameter)
+            yield name, {key: {**stated, "point": point}, "count": 1}
+
+
+def _hole_name(hole: RoundShapes) -> str:
+    width = f"{hole.diameter:.4g}".replace(".", "_")
+    word = _HOLLOW[hole.kind]
+    return f"{word}_{width}" + ("" if hole.axis_name is None else f"_{hole.axis_name}")
+
+
+def _file_names(part: Part) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Faces by the names that the file has for them."""
+    if part.file_faces is None:
+        return
+    names = list(dict.fromkeys(part.file_faces.names.values()))
+    for name in names[:MOST_REGIONS]:
+        plain = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_").lower()[:_LETTERS]
+        yield plain or "face", {"name": name}
+
+
+def _flat_ends() -> Iterator[tuple[str, dict[str, Any]]]:
+    """Flat faces on the sides of the part's box."""
+    for axis in AXES:
+        for side in ("min", "max"):
+            yield f"{axis}_{side}", {"plane": f"{axis} = {side}"}
+
+
+def _one_of(region: Region, part: Part) -> str:
+    """Comment on how to take one of several faces."""
+    if len(region.faces) < 2:
+        return ""
+    face = part.faces.faces[region.faces[0]]
+    point = face.centroid if face.point is None else face.point
+    at = toml_value(_lengths(point, part.diagonal))
+    return f"\n# nearest = {at} with count = 1 takes one of them"
+
+
+def _lengths(point: FloatArray, size: float) -> list[str]:
+    """Coordinates as a case states them, without rounding noise beside a size, mm."""
+    return [f"{0.0 if abs(x) < _NOISE * size else x:.6g} mm" for x in point]
+
+
+def _same(a: Region, b: Region) -> bool:
+    return np.array_equal(np.sort(a.triangles), np.sort(b.triangles))

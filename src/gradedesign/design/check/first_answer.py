@@ -1,0 +1,142 @@
+"""A first answer without any explicit analysis: one density for the whole part, and one sizing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gradedesign.common.system.progress import report_step
+from gradedesign.design.loop.iteration_steps import SizingPlan, design_filter, size_design
+from gradedesign.design.resolve.oriented import oriented
+from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.size_effects import with_size_effects
+from gradedesign.errors import DensityError
+from gradedesign.mechanics.explicit.correction import Correction
+from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.mechanics.limits.verdict import any_broken
+from gradedesign.mechanics.material.constant_density import (
+    density_for_stiffness,
+    density_for_strength,
+)
+from gradedesign.mechanics.sizing.homogenised import total_mass
+
+#: Iterations of the sizing: as in the second one of the loop, whose mass changes little after.
+SIZING_ITERATIONS = 20
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConstantDensity:
+    """One density for the whole lattice at which one limit holds, from the solid part alone.
+
+    Attributes
+    ----------
+    row : LimitRow
+        The limit with its value on the fully solid part.
+    density : float or None
+        Least density in the bounds of the case; None where none of them is enough.
+    mass_g : float or None
+        Of the part with that lattice, its skin and passive regions included.
+    reason : str
+        Why there is no density; empty where there is one.
+    """
+
+    row: LimitRow
+    density: float | None
+    mass_g: float | None
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FirstAnswer:
+    """Constant densities beside the outcome of one sizing.
+
+    Attributes
+    ----------
+    constant : tuple of ConstantDensity
+        One per limit.
+    sized_mass_g : float or None
+        Predicted mass of the graded design; None where the solid part breaks a limit already.
+    sized_density : float or None
+        Its mean over the lattice.
+    sized_utilisation : float or None
+        Largest predicted utilisation of a limit.
+    yields : tuple of str
+        Warning that the fully solid part yields away from supports.
+    """
+
+    constant: tuple[ConstantDensity, ...]
+    sized_mass_g: float | None = None
+    sized_density: float | None = None
+    sized_utilisation: float | None = None
+    yields: tuple[str, ...] = ()
+
+    @property
+    def feasible(self) -> bool:
+        """Whether the fully solid part may hold every limit; a run ends infeasible where not."""
+        return not any_broken([answer.row for answer in self.constant])
+
+    @property
+    def governing(self) -> ConstantDensity | None:
+        """The limit that needs the greatest density; None where one cannot be met."""
+        if not self.constant or any(answer.density is None for answer in self.constant):
+            return None
+        return max(self.constant, key=lambda answer: answer.density or 0.0)
+
+
+def first_answer(setup: Setup) -> FirstAnswer:
+    """Constant densities that meet the limits, and one sizing of the homogenised part.
+
+    Parameters
+    ----------
+    setup : Setup
+        Its solid part analysed, see `solid.with_solid`.
+
+    Returns
+    -------
+    FirstAnswer
+
+    Notes
+    -----
+    A constant density scales displacements of the solid part by ``1 / E*`` along the softest cell
+    axis and its stress by one over the law's strength, which is exact for a homogeneous isotropic
+    copy of the part (Ramirez Salazar 2022, eqs. 1.8 to 1.11). Skin and passive regions count in
+    the mass alone. Buckling and size effects count in the sizing, where the case has them.
+    """
+    constant = tuple(_constant(setup, row) for row in setup.solid)
+    answer = FirstAnswer(constant=constant, yields=setup.solid_yields)
+    if not answer.feasible:
+        return answer
+    setup = with_size_effects(oriented(setup, setup.solutions))
+    report_step("sizing")
+    plan = SizingPlan(most_iterations=SIZING_ITERATIONS)
+    sized = size_design(setup, Correction(), {}, design_filter(setup), plan)
+    weights = setup.model.volumes * (1.0 - setup.model.solid_fraction)
+    return replace(
+        answer,
+        sized_mass_g=total_mass(setup.model, sized.rho) * 1e6,
+        sized_density=float(weights @ sized.rho / weights.sum()),
+        sized_utilisation=sized.history[-1].utilisation,
+    )
+
+
+def _constant(setup: Setup, row: LimitRow) -> ConstantDensity:
+    """The constant density of one limit."""
+    if row.broken:
+        return ConstantDensity(row=row, density=None, mass_g=None, reason="broken when solid")
+    if row.unfavourable == "low":
+        reason = "no rule gives the density at which a least value holds; sizing finds it"
+        return ConstantDensity(row=row, density=None, mass_g=None, reason=reason)
+    # Values of limits by gradient, displacements and work, fall as one over the stiffness.
+    stiff = {limit.key.kind for limit in setup.problem.limits if limit.by_gradient}
+    least = density_for_stiffness if row.key.kind in stiff else density_for_strength
+    try:
+        needed = [least(law, row.utilisation) for law in setup.model.law.laws]
+        density = max(*needed, setup.cells.bounds[0])
+    except DensityError as error:
+        return ConstantDensity(row=row, density=None, mass_g=None, reason=str(error))
+    if density > setup.cells.bounds[1]:
+        reason = f"needs density {density:.3g}, at most {setup.cells.bounds[1]:.3g} is allowed"
+        return ConstantDensity(row=row, density=None, mass_g=None, reason=reason)
+    rho = np.full(setup.problem.space.element_count, density)
+    return ConstantDensity(row=row, density=density, mass_g=total_mass(setup.model, rho) * 1e6)

@@ -1,0 +1,230 @@
+"""Size and time of a run, predicted from the case alone: no mesh, no law, no analysis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from gradedesign.design.acceptance.whole_resolution import first_spacing, judged_seconds
+from gradedesign.design.loop.predicted_cost import CostPrediction, RunWork, predict_cost
+from gradedesign.design.loop.run_work import remeshed_tets
+from gradedesign.design.loop.solver_room import require_solver_takes
+from gradedesign.design.resolve.analysable import EXPECTED_SHARE, Analysable
+from gradedesign.design.resolve.analysable_lattice import analysable_lattice
+from gradedesign.design.resolve.planned_solid import planned_part, planned_solid
+from gradedesign.design.resolve.predicted_part_mesh import predicted_part_dofs
+from gradedesign.design.resolve.resolved_case import (
+    ResolvedCase,
+    stated_zones,
+)
+from gradedesign.geometry.cell.cell_surface import cell_surface
+from gradedesign.geometry.cell.wall_size import wall_mm
+from gradedesign.geometry.lattice.passive import keep_words
+from gradedesign.mechanics.explicit.analysis import AnalysisEstimate, PlannedSolid
+from gradedesign.mechanics.explicit.small_solid import small_solid_spacing
+from gradedesign.mechanics.limits.limit import stated_goals
+
+#: Of a run that gets no explicit lattice.
+NO_ANALYSIS = AnalysisEstimate(unknowns=0, memory_bytes=0, mesh_s=0.0, solve_s=0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PredictedGrid:
+    """The explicit grid and what sets it.
+
+    Attributes
+    ----------
+    spacing : float, mm
+        Edge of its elements.
+    set_by : str
+        The thinnest thing that it must resolve, in words.
+    wall : float, mm
+        Thinnest wall or strut.
+    """
+
+    spacing: float
+    set_by: str
+    wall: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PredictedRun:
+    """Predicted size and cost of a run.
+
+    Attributes
+    ----------
+    density : float
+        Mean of the lattice that the prediction is made for.
+    lattice_share : float
+        Of the part's volume that is lattice.
+    grid : PredictedGrid
+    bounds : (float, float)
+        Densities that sizing may choose: those whose walls the memory can analyse.
+    raised : tuple of str
+        Why the lower one is not that of the density window, and doubts about the linear solver.
+    cost : CostPrediction
+    explicit : bool
+        Whether the run gets as far as an explicit lattice.
+    law_s : float, s
+        Of computing the law, at most; 0 where it is known.
+    """
+
+    density: float
+    lattice_share: float
+    grid: PredictedGrid
+    bounds: tuple[float, float]
+    raised: tuple[str, ...]
+    cost: CostPrediction
+    explicit: bool
+    law_s: float
+
+    @property
+    def run_s(self) -> float:
+        """The whole run with its law, s."""
+        return self.law_s + self.cost.run_s
+
+    @property
+    def iteration_s(self) -> float:
+        """One iteration, s."""
+        return self.cost.iteration_s
+
+
+def predicted_run(resolved: ResolvedCase, inside: int) -> PredictedRun:
+    """Predict unknowns, memory and time of a run.
+
+    Parameters
+    ----------
+    resolved : ResolvedCase
+    inside : int
+        How many of the points that fill the part's box lie in it; `ResolvedCase.layout` has those
+        of the lattice.
+
+    Returns
+    -------
+    PredictedRun
+    """
+    case = resolved.case
+    share = resolved.layout.points.shape[1] / max(inside, 1)
+    able = analysable_lattice(
+        resolved,
+        [zone.bounds for zone in stated_zones(resolved)],
+        latticed=resolved.part.volume * share,
+        solid=resolved.part.volume * (1.0 - share),
+    )
+    low, high = able.bounds
+    density = low + (high - low) * EXPECTED_SHARE
+    grid = predicted_grid(resolved, density, able)
+    explicit = case.run.stop_after == "verdict"
+    planned = planned_solid(
+        planned_part(
+            resolved.part.surface,
+            resolved.domain,
+            latticed=resolved.part.volume * share,
+            solid=resolved.part.volume * (1.0 - share),
+            load_cases=len(case.load_case),
+            goals=stated_goals(resolved.limits),
+        ),
+        density,
+        cell_surface(resolved.cell, density, resolved.layout.typical),
+    )
+    walls = grid.spacing
+    fine = small_solid_spacing(able.analysis, planned, walls, case.run)
+    if fine < grid.spacing:
+        grid = replace(grid, spacing=fine, set_by=f"{grid.set_by}, and finer: the solid is small")
+    size = able.analysis.estimate(planned, grid.spacing) if explicit else NO_ANALYSIS
+    work = _work(resolved, able, planned, density, (walls, grid.spacing), size)
+    doubts = require_solver_takes(case, resolved.solver, work)
+    return PredictedRun(
+        density=density,
+        lattice_share=share,
+        grid=grid,
+        bounds=able.bounds,
+        raised=(*able.warnings, *doubts),
+        cost=predict_cost(work),
+        explicit=explicit,
+        law_s=60.0 * laws_minutes(resolved),
+    )
+
+
+def _work(
+    resolved: ResolvedCase,
+    able: Analysable,
+    planned: PlannedSolid,
+    density: float,
+    spacings: tuple[float, float],
+    size: AnalysisEstimate,
+) -> RunWork:
+    """Work of a run whose explicit grid has that size; spacings of walls and of the grid, mm."""
+    walls, spacing = spacings
+    case, explicit = resolved.case, size is not NO_ANALYSIS
+    first = min(
+        first_spacing(able.analysis, spacing, stated.cell) for stated in stated_zones(resolved)
+    )
+    return RunWork(
+        part_dofs=predicted_part_dofs(case, resolved.part),
+        load_cases=len(case.load_case),
+        adjoint_solves=sum(limit.by_gradient for limit in resolved.limits),
+        explicit_dofs=size.unknowns,
+        explicit_memory=size.memory_bytes,
+        explicit_mesh_s=size.mesh_s,
+        explicit_solve_s=size.solve_s,
+        whole_s=(
+            judged_seconds(planned, first, size.unknowns, case.run.memory, case.run.time)
+            if explicit
+            else 0.0
+        ),
+        mesher_tets=(
+            remeshed_tets(case.run, planned, walls, density, resolved.layout.typical)
+            if explicit
+            else 0
+        ),
+        iterations=case.run.max_iterations if explicit else 1,
+    )
+
+
+def laws_minutes(resolved: ResolvedCase) -> float:
+    """Minutes, at most, of computing the laws of all cells that have none yet."""
+    laws = {id(zone.cell): zone.law for zone in stated_zones(resolved)}
+    return sum(law.minutes[1] for law in laws.values())
+
+
+def predicted_grid(resolved: ResolvedCase, density: float, able: Analysable) -> PredictedGrid:
+    """Explicit grid for a mean density; graded designs reach the least density somewhere."""
+    case = resolved.case
+    size = case.lattice.size[-1] if case.lattice.graded_size else resolved.layout.least
+    finest = []
+    for stated, zone in zip(stated_zones(resolved), able.zones or (able,), strict=True):
+        low = density if case.lattice.grading == "uniform" else zone.bounds[0]
+        thickness = case.lattice.wall or float(wall_mm(stated.cell, low, size))
+        finest.append((thickness / zone.elements_per_wall, thickness, low))
+    element, wall, thin = min(finest)
+    layer = able.analysis.elements_per_layer
+    spacings = {f"the thinnest wall or strut, {wall:.3g} mm at density {thin:.3g}": element}
+    for skin in case.lattice.skin:
+        spacings[f"the skin, {skin.thickness[0]:g} mm"] = skin.thickness[0] / layer
+    passive = resolved.domain.layers[len(case.lattice.skin) :]
+    for number, (keep, thick) in enumerate(zip(case.keep, passive, strict=True)):
+        spacings[f"the passive solid {keep_words(keep, number)}, {thick:.4g} mm"] = thick / layer
+    set_by = min(spacings, key=spacings.__getitem__)
+    spacing = spacings[set_by]
+    if case.run.explicit_mesh_size is not None:
+        set_by, spacing = "[run] explicit_mesh_size", case.run.explicit_mesh_size
+    return PredictedGrid(spacing=spacing, set_by=set_by, wall=wall)
+
+
+def budget_warnings(resolved: ResolvedCase, run: PredictedRun) -> tuple[str, ...]:
+    """Say where a run is predicted to exceed the budgets of its case."""
+    limits, remarks = resolved.case.run, list(run.raised)
+    if run.explicit and run.cost.memory_bytes > limits.memory:
+        factor = (run.cost.memory_bytes / limits.memory) ** (1 / 3)
+        remarks.append(
+            f"the explicit analysis is predicted to take {run.cost.memory_bytes / 1e9:.2g} GB, "
+            f"more than the {limits.memory / 1e9:.2g} GB of [run] memory; its grid of "
+            f"{run.grid.spacing:.3g} mm is set by {run.grid.set_by}: a coarser one of "
+            f"{factor * run.grid.spacing:.3g} mm would fit"
+        )
+    if run.run_s > limits.time:
+        remarks.append(
+            f"the run is predicted to take {run.run_s / 60:.0f} min, more than the "
+            f"{limits.time / 60:.3g} min of [run] time: it may end before its design is accepted"
+        )
+    return tuple(remarks)

@@ -1,0 +1,1 @@
+"""The design loop: size, build, analyse, learn, accept, end."""

@@ -1,0 +1,281 @@
+"""Judge a design: export its surface, read it back, analyse it whole and in body-fitted meshes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from gradedesign.common.system.limits import Deadline
+from gradedesign.design.acceptance.acceptance import (
+    Acceptance,
+    NoSubmodelError,
+    accept_submodels,
+    accept_whole,
+    choose_scope,
+    nothing_meshed,
+)
+from gradedesign.design.acceptance.meshed_anew import mesher_tets
+from gradedesign.design.acceptance.whole_solid import WholeJudgement, judge_whole
+from gradedesign.design.loop.accepted_rows import (
+    not_remeshed,
+    unjudged_words,
+    with_remeshed,
+    with_submodels,
+    without_band,
+)
+from gradedesign.design.loop.analysed import Analysed
+from gradedesign.design.loop.announce import Announcer
+from gradedesign.design.loop.exported_surface import export_surface
+from gradedesign.design.loop.iteration import DesignIteration
+from gradedesign.design.loop.printed_stage import printed_stage
+from gradedesign.design.resolve.setup import Setup
+from gradedesign.errors import MeshError, ResourceError, SolverError
+from gradedesign.geometry.contour.islands import Islands
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.mechanics.explicit.yielding import yielding_words
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.limit import limits_stress
+from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.mechanics.limits.verdict import (
+    Factors,
+    all_hold,
+    is_tight,
+    learned_factors,
+    worst_utilisation,
+)
+from gradedesign.program.store.run_folder import RunFolder
+
+#: Utilisation of stress from which submodels give the next design a useful factor. Chosen, not
+#: measured.
+NEARLY = 0.85
+#: Utilisation of stress up to which submodels wait for the last design: twice what the finite cells
+#: find, where submodels found 0.94 to 1.04 times that (docs/decisions/verify.md).
+FAR = 0.5
+#: Submodels are left out, or wait for the last design.
+NO_SUBMODELS = Acceptance(
+    scope="none", whole=None, submodels=(), volume=0.0, share=0.0, attempts=()
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Accepted:
+    """Design with the result of its acceptance.
+
+    Attributes
+    ----------
+    iteration : DesignIteration
+    analysed : Analysed
+        Explicit analysis that judged it.
+    surface : SurfaceMesh
+        As read back from the exported file.
+    sha256 : str
+        Of that file.
+    islands : Islands
+    whole : WholeJudgement
+        Of the whole printed surface, from two resolutions or more.
+    acceptance : Acceptance
+        By body-fitted meshes of it.
+    rows : tuple of LimitRow
+        The values that decide.
+    factors : dict of LimitKey to float
+        Unfavourable ends of the accepted bands over explicit values.
+    fitted : frozenset of LimitKey
+        Limits whose value is that of the body-fitted meshes.
+    holds : bool
+    unjudged : str
+        Limits that were analysed at one resolution only, or too little of which could be meshed
+        anew, and why; empty without any.
+    postponed : bool
+        Submodels wait until it is known that no lighter design is found: `judge_stress`.
+    """
+
+    iteration: DesignIteration
+    analysed: Analysed
+    surface: SurfaceMesh
+    sha256: str
+    islands: Islands
+    whole: WholeJudgement
+    acceptance: Acceptance
+    rows: tuple[LimitRow, ...]
+    factors: Factors
+    fitted: frozenset[LimitKey]
+    holds: bool
+    unjudged: str
+    postponed: bool = False
+
+
+def accept_design(
+    setup: Setup,
+    out: RunFolder,
+    iteration: DesignIteration,
+    analysed: Analysed,
+    announce: Announcer,
+) -> Accepted:
+    """Export the surface of a design and have it accepted or refused.
+
+    Every limit is judged on the whole printed surface, from two resolutions. Body-fitted meshes of
+    the same surface judge stress: of all of it with scope "whole", whose displacements the bands
+    then include, else of the most stressed submodels; these are left out where they can change
+    nothing, and postponed where stress is far from its limit and a lighter design is looked for. A
+    limit that has no band does not hold.
+    """
+    surface, islands, digest = export_surface(setup, out, analysed)
+    began = time.perf_counter()
+    stage = printed_stage(setup, surface, analysed, iteration.rho, announce.listener)
+    whole = judge_whole(setup.problem.limits, stage)
+    announce.took("whole printed surface", time.perf_counter() - began)
+    limited = limits_stress(setup.problem.limits)
+    announce.warnings(yielding_words(whole.result.yields, "the printed solid", limited=limited))
+    by_submodels = _judged_by_submodels(setup, analysed)
+    waits = by_submodels and _can_wait(iteration, whole)
+    if waits:
+        acceptance = NO_SUBMODELS
+        announce.say("acceptance", "submodels wait for the last design: stress is far from its "
+                     "limit, and a lighter design is looked for")  # fmt: skip
+    else:
+        acceptance = _body_fitted(setup, surface, analysed, whole, announce)
+    exported = (surface, islands, digest)
+    return _accepted(setup, exported, iteration, analysed, whole, acceptance, postponed=waits)
+
+
+def judge_stress(setup: Setup, accepted: Accepted, announce: Announcer) -> Accepted:
+    """Have the submodels judge a design for which they were postponed."""
+    done, whole = accepted, accepted.whole
+    acceptance = _body_fitted(setup, done.surface, done.analysed, whole, announce)
+    exported = (done.surface, done.islands, done.sha256)
+    return _accepted(setup, exported, done.iteration, done.analysed, whole, acceptance)
+
+
+def _accepted(
+    setup: Setup,
+    exported: tuple[SurfaceMesh, Islands, str],
+    iteration: DesignIteration,
+    analysed: Analysed,
+    whole: WholeJudgement,
+    acceptance: Acceptance,
+    *,
+    postponed: bool = False,
+) -> Accepted:
+    """Judge a design by the two analyses of its printed surface.
+
+    Finite cells analyse the whole surface and give every row. Where the whole surface or submodels
+    of it were meshed anew as well, that analysis corrects the rows that it can judge.
+    """
+    limits, (surface, islands, digest) = setup.problem.limits, exported
+    if acceptance.scope == "whole":
+        rows = with_remeshed(limits, whole.rows, acceptance)
+    elif acceptance.scope == "submodels":
+        rows = with_submodels(limits, whole.rows, acceptance)
+    else:
+        rows = not_remeshed(whole.rows) if acceptance.failed else whole.rows
+    pairs = zip(whole.rows, rows, strict=True)
+    fitted = [new for old, new in pairs if new.judged_by != old.judged_by and not new.converges]
+    rows = (*rows, *(row for row in iteration.rows if row.homogenised))
+    return Accepted(
+        iteration=iteration,
+        analysed=analysed,
+        surface=surface,
+        sha256=digest,
+        islands=islands,
+        whole=whole,
+        acceptance=acceptance,
+        rows=rows,
+        factors=learned_factors(iteration.rows, rows),
+        fitted=frozenset(row.key for row in fitted),
+        holds=all_hold(rows) and not without_band(rows),
+        unjudged=unjudged_words(rows, whole.refused, acceptance.refused),
+        postponed=postponed,
+    )
+
+
+def _judged_by_submodels(setup: Setup, analysed: Analysed) -> bool:
+    """Whether stress is judged by submodels and not by a mesh of the whole surface."""
+    run = setup.problem.case.run
+    tets = mesher_tets(analysed.result.volume, analysed.remeshed_size)
+    return choose_scope(run.acceptance, tets, run.time) == "submodels"
+
+
+def _can_wait(iteration: DesignIteration, whole: WholeJudgement) -> bool:
+    """Whether the design holds, is not the last, and its stress is far from the limit."""
+    rows = (*whole.rows, *(row for row in iteration.rows if row.homogenised))
+    return (
+        all_hold(rows)
+        and not without_band(rows)
+        and not is_tight(rows, at_lower_bound=iteration.at_lower_bound)
+        and worst_utilisation([row for row in whole.rows if not row.converges]) <= FAR
+    )
+
+
+def _body_fitted(
+    setup: Setup,
+    surface: SurfaceMesh,
+    analysed: Analysed,
+    whole: WholeJudgement,
+    announce: Announcer,
+) -> Acceptance:
+    """Mesh and analyse the surface again, whole or around its most stressed cells.
+
+    Stated budgets alone decide which of them: never the time that is left. Where no cell has room
+    for a submodel, as in parts of few cells, it is the whole surface, unless the case asks for
+    submodels by name. Where the whole surface cannot be meshed or solved, submodels judge, unless
+    the case asks for the whole by name; where neither can be made, the acceptance has failed.
+    """
+    run = setup.problem.case.run
+    by_submodels = _judged_by_submodels(setup, analysed)
+    if by_submodels and (broken := _broken_anyhow(whole.rows)):
+        announce.say("acceptance", f"submodels left out: {broken} is broken whatever they show")
+        return NO_SUBMODELS
+    size, refused = analysed.remeshed_size, list[str]()
+    clock = Deadline(run.time)
+
+    def submodels() -> Acceptance:
+        return accept_submodels(
+            surface,
+            analysed.solid,
+            whole.result,
+            size=size,
+            time_limit_s=clock.seconds if by_submodels else clock.remaining(),
+            on_submodel=announce.submodel,
+        )
+
+    if by_submodels:
+        try:
+            return _told(submodels(), refused, announce)
+        except NoSubmodelError as error:
+            if run.acceptance == "submodels":
+                raise
+            refused.append(f"the whole surface was meshed again: {error}")
+            announce.say("acceptance", "no cell has room for a submodel: the whole surface instead")
+    try:
+        acceptance = accept_whole(surface, analysed.solid, size=size, time_limit_s=run.time)
+    except (MeshError, ResourceError, SolverError) as error:
+        refused.append(f"the whole surface was not analysed in a mesh of its own: {error}")
+    else:
+        return replace(acceptance, refused=tuple(refused)) if refused else acceptance
+    if by_submodels or run.acceptance == "whole" or clock.expired():
+        return _told(nothing_meshed(""), refused, announce)
+    try:
+        return _told(submodels(), refused, announce)
+    except NoSubmodelError as error:
+        return _told(nothing_meshed(str(error)), refused, announce)
+
+
+def _told(acceptance: Acceptance, before: Sequence[str], announce: Announcer) -> Acceptance:
+    """Announce an acceptance together with the resolutions that were refused before it."""
+    refused = tuple(words for words in (*before, *acceptance.refused) if words)
+    for words in refused:
+        announce.say("acceptance", words)
+    return replace(acceptance, refused=refused)
+
+
+def _broken_anyhow(rows: Sequence[LimitRow]) -> str:
+    """Name of a limit that is broken by a value that submodels do not judge; else empty.
+
+    Also empty where a limit that they judge is nearly used up, so that the next design can learn
+    from them.
+    """
+    if any(row.utilisation > NEARLY for row in rows if not row.converges):
+        return ""
+    broken = [row.name for row in rows if row.converges and not all_hold((row,))]
+    return broken[0] if broken else ""

@@ -1,0 +1,109 @@
+"""The explicit analysis of a design, at the resolution that its thinnest wall asks for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+
+from gradedesign.arrays import FloatArray
+from gradedesign.common.system.progress import Event, Listener, ignore
+from gradedesign.design.loop.graded_cells import with_cells
+from gradedesign.design.loop.iteration_steps import (
+    build_design,
+    density_grid,
+    explicit_spacing,
+    printed_solid,
+)
+from gradedesign.design.loop.planned_design import planned_design
+from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.wall_grading import wall_grading
+from gradedesign.geometry.lattice.cell_layout import CellLayout
+from gradedesign.geometry.lattice.density_grid import DensityGrid
+from gradedesign.geometry.lattice.lattice import LatticeDesign
+from gradedesign.mechanics.explicit.analysis import SURFACE_PER_ELEMENT, Resolution
+from gradedesign.mechanics.explicit.explicit import ExplicitResult, analyse_printed_solid
+from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS
+from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
+from gradedesign.mechanics.explicit.small_solid import small_solid_spacing
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Analysed:
+    """The explicit analysis of one design.
+
+    Attributes
+    ----------
+    grid : DensityGrid
+    design : LatticeDesign
+    solid : PrintedSolid
+    result : ExplicitResult
+    layout : CellLayout
+    remeshed_size : float, mm
+        Surface size with which a mesher resolves the walls: that of the elements, but where these
+        are finer than walls ask for, since the solid is small.
+    """
+
+    grid: DensityGrid
+    design: LatticeDesign
+    solid: PrintedSolid
+    result: ExplicitResult
+    layout: CellLayout
+    remeshed_size: float
+
+
+def analyse_design(
+    setup: Setup, rho: FloatArray, *, spacing: float | None = None, on_event: Listener = ignore
+) -> Analysed:
+    """Build the lattice of element densities and analyse it.
+
+    ``spacing``, mm, is taken as it is; without it the resolution follows the thinnest wall and is
+    refined until it holds what the field holds.
+    """
+    return analyse_cells(with_cells(setup, rho), rho, spacing=spacing, on_event=on_event)
+
+
+def analyse_cells(
+    setup: Setup,
+    rho: FloatArray,
+    *,
+    spacing: float | None = None,
+    at_most: float = inf,
+    on_event: Listener = ignore,
+) -> Analysed:
+    """Build the lattice of element densities in the cells of the setup and analyse it.
+
+    ``at_most``, mm, is the spacing of the iteration before: corrections include the error of its
+    grid, so they are not valid on a coarser one. A coarser grid is taken, with a message, where the
+    memory does not hold this one.
+    """
+    problem, cells = setup.problem, setup.cells
+    grid = density_grid(problem, cells, rho)
+    design = build_design(problem, cells, grid)
+    grading = None
+    if spacing is not None:
+        resolution, follows = Resolution(spacing=spacing), spacing
+    else:
+        follows = explicit_spacing(problem, cells, grid)
+        fine = small_solid_spacing(
+            problem.analysis, planned_design(setup, rho), follows, problem.case.run
+        )
+        resolution = Resolution(
+            spacing=min(fine, at_most), coarsest=follows * problem.analysis.coarsest
+        )
+        if problem.analysis.name == FINITE_CELLS.name:
+            grading = wall_grading(problem, cells, grid, follows)
+    solid = printed_solid(problem, design, grading)
+    result = analyse_printed_solid(
+        problem.analysis,
+        solid,
+        resolution,
+        lambda message: on_event(Event(stage="explicit", message=message)),
+    )
+    return Analysed(
+        grid=grid,
+        design=design,
+        solid=solid,
+        result=result,
+        layout=cells.layout,
+        remeshed_size=SURFACE_PER_ELEMENT * max(follows, result.mesh_size),
+    )

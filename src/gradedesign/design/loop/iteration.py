@@ -1,0 +1,256 @@
+"""Iteration of the design loop: sizing, explicit analysis, and update of the corrections."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from math import inf
+
+from gradedesign.arrays import FloatArray, locked
+from gradedesign.common.system.progress import Event, Listener, ignore, report_step
+from gradedesign.design.loop.analysed import Analysed, analyse_cells
+from gradedesign.design.loop.design_between import Between, design_between
+from gradedesign.design.loop.graded_cells import with_cells
+from gradedesign.design.loop.iteration_steps import (
+    FIRST_SIZING_ITERATIONS,
+    TARGET,
+    TUNING_SIZING_ITERATIONS,
+    SizingPlan,
+    predict,
+    size_design,
+)
+from gradedesign.design.loop.lesson import Lesson, Prior, learn
+from gradedesign.design.resolve.cell_choice import element_bounds
+from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.verdict.result import Iteration, LimitIteration
+from gradedesign.mechanics.explicit.correction import (
+    Correction,
+    Discrepancy,
+    discrepancy_between,
+    kept_share,
+)
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.mechanics.limits.verdict import Factors, expected_factors
+from gradedesign.mechanics.sizing.filter import DensityFilter
+from gradedesign.mechanics.sizing.size import SizingResult, SizingStep
+
+#: Iterations after which a miss is taken for scatter, and the most room that is left for it.
+#: Chosen, not measured.
+SCATTERED_ITERATIONS, MOST_ROOM = 3, 0.08
+#: A density counts as at its lower bound within this relative distance. Chosen, not measured.
+AT_BOUND = 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DesignIteration:
+    """Finished iteration of the design loop: its design, its corrections and its discrepancies.
+
+    Attributes
+    ----------
+    summary : Iteration
+        Its row of the result.
+    rows : tuple of LimitRow
+        Explicit values.
+    correction : Correction
+        For the next iteration.
+    variables : (n,) array
+        Design variables, to start the next sizing from.
+    rho : (M,) array
+        Density of every tetrahedron.
+    at_lower_bound : bool
+    discrepancy : Discrepancy
+    expected : mapping of LimitKey to float
+        Factors of `expected_factors`, which count until an acceptance teaches them.
+    """
+
+    summary: Iteration
+    rows: tuple[LimitRow, ...]
+    correction: Correction
+    variables: FloatArray
+    rho: FloatArray
+    at_lower_bound: bool
+    discrepancy: Discrepancy
+    expected: Factors = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "variables", locked(self.variables, (None,)))
+        object.__setattr__(self, "rho", locked(self.rho, (None,)))
+
+
+def run_iteration(
+    setup: Setup,
+    previous: tuple[DesignIteration, ...],
+    factors: Factors,
+    density_filter: DensityFilter,
+    *,
+    on_step: Callable[[SizingStep], None] | None = None,
+    on_event: Listener = ignore,
+) -> tuple[DesignIteration, Analysed]:
+    """Size with the correction so far, analyse explicitly and update the correction.
+
+    ``factors`` are accepted over explicit values: sizing leaves that much room. ``density_filter``
+    is that of `design_filter`.
+    """
+    began = time.perf_counter()
+    correction = previous[-1].correction if previous else Correction()
+    sized, told = next_design(setup, previous, factors, density_filter, on_step, on_event)
+    timing = {"sizing": time.perf_counter() - began}
+    setup = with_cells(setup, sized.rho)
+    predicted = predict(setup.model, setup.problem.limits, correction, sized.rho)
+    at_most = previous[-1].summary.spacing_mm if previous else inf
+    meshing = time.perf_counter()
+    analysed = analyse_cells(setup, sized.rho, at_most=at_most, on_event=on_event)
+    timing["explicit solve"] = analysed.result.seconds
+    timing["explicit mesh"] = time.perf_counter() - meshing - analysed.result.seconds
+    report_step("learning from the explicit analysis")
+    lesson = learn(
+        setup.model,
+        setup.problem.limits,
+        Prior(correction=correction, discrepancies=tuple(i.discrepancy for i in previous)),
+        predicted,
+        analysed.result,
+        sized.rho,
+    )
+    told = {key: told.get(key, float(model.value)) for key, model in predicted.values.items()}
+    summary = replace(
+        compared(setup, correction, sized, told, analysed, lesson),
+        number=len(previous) + 1,
+        seconds=time.perf_counter() - began,
+        timing_s={name: round(value, 3) for name, value in timing.items()},
+    )
+    iteration = DesignIteration(
+        summary=summary,
+        rows=lesson.rows,
+        correction=lesson.correction,
+        variables=sized.variables,
+        rho=sized.rho,
+        at_lower_bound=touches_lower_bound(setup, sized.rho),
+        discrepancy=lesson.discrepancy,
+        expected=expected_factors(lesson.rows, analysed.result.traction_residual),
+    )
+    return iteration, analysed
+
+
+def next_design(
+    setup: Setup,
+    previous: tuple[DesignIteration, ...],
+    factors: Factors,
+    density_filter: DensityFilter,
+    on_step: Callable[[SizingStep], None] | None,
+    on_event: Listener,
+) -> tuple[SizingResult, Mapping[LimitKey, float]]:
+    """The next design, and its expected values if they differ from the model's prediction."""
+    masses = [each.summary.mass_g for each in previous]
+    between = design_between(masses, [each.rows for each in previous], factors)
+    if between is not None:
+        return mixed_design(previous, between, on_event), between.values
+    sized = size_design(
+        with_cells(setup, previous[-1].rho) if previous else setup,
+        previous[-1].correction if previous else Correction(),
+        factors,
+        density_filter,
+        sizing_plan(previous),
+        on_step,
+    )
+    return sized, {}
+
+
+def mixed_design(
+    previous: Sequence[DesignIteration], between: Between, on_event: Listener
+) -> SizingResult:
+    """The design between two earlier ones that enclose the limits, see `design_between`."""
+    lighter, heavier, way = previous[between.lighter], previous[between.heavier], between.way
+    message = (
+        f"iterations {lighter.summary.number} and {heavier.summary.number} enclose the limits: "
+        f"densities {way:.0%} of the way from the first to the second"
+    )
+    on_event(Event(stage="sizing", message=message))
+    return SizingResult(
+        rho=lighter.rho + way * (heavier.rho - lighter.rho),
+        variables=lighter.variables + way * (heavier.variables - lighter.variables),
+        history=(),
+        converged=False,
+        feasible=True,
+    )
+
+
+def sizing_plan(previous: Sequence[DesignIteration]) -> SizingPlan:
+    """Settings of the next sizing, from the iterations before it."""
+    number = len(previous)
+    return SizingPlan(
+        start=previous[-1].variables if previous else None,
+        most_iterations=(
+            FIRST_SIZING_ITERATIONS[number]
+            if number < len(FIRST_SIZING_ITERATIONS)
+            else TUNING_SIZING_ITERATIONS
+        ),
+        target=aim_of(previous),
+        keep=kept_share([i.discrepancy for i in previous]),
+    )
+
+
+def compared(
+    setup: Setup,
+    correction: Correction,
+    sized: SizingResult,
+    predicted: Mapping[LimitKey, float],
+    analysed: Analysed,
+    lesson: Lesson,
+) -> Iteration:
+    """Predicted and explicit values of a design, without number and duration."""
+    result, rows, explicit = analysed.result, lesson.rows, lesson.explicit
+    discrepancies = dict(discrepancy_between(predicted, explicit, governing=None).values)
+    masses, division = result.masses_g, result.solved.division
+    weights = setup.model.lattice_volumes
+    return Iteration(
+        number=0,
+        lattice_mass_g=masses["lattice"],
+        mass_g=sum(masses.values()),
+        mean_density=float(weights @ sized.rho / weights.sum()),
+        limits=tuple(
+            LimitIteration(
+                key=limit.key,
+                name=limit.name,
+                unit=limit.unit,
+                predicted=predicted[limit.key],
+                explicit=explicit.get(limit.key),
+                discrepancy=discrepancies.get(limit.key),
+                factor=correction.factor(limit.key),
+            )
+            for limit in setup.problem.limits
+        ),
+        utilisation=max((row.utilisation for row in rows), default=0.0),
+        passed=all(row.passed for row in rows),
+        dofs=division.unknowns,
+        mesh_size_mm=division.mesh_size,
+        spacing_mm=division.requested,
+        seconds=0.0,
+        stiffness_factor=correction.stiffness,
+        sizing_iterations=len(sized.history),
+        sizing_converged=sized.converged,
+        timing_s={},
+    )
+
+
+def touches_lower_bound(setup: Setup, rho: FloatArray) -> bool:
+    """Whether a density of the lattice is at its lower bound."""
+    low, _ = element_bounds(setup.cells)
+    active = setup.model.lattice_volumes > 0
+    return bool((rho <= low * (1 + AT_BOUND))[active].all())
+
+
+def aim_of(previous: Sequence[DesignIteration]) -> float:
+    """Utilisation of the limits that the next sizing aims at.
+
+    `TARGET`; after three iterations whose last one breaks a limit, less by the error of its
+    prediction: designs of one mass then scatter by as much, and iterations that aim at the limit
+    miss it again.
+    """
+    if len(previous) < SCATTERED_ITERATIONS or previous[-1].summary.passed:
+        return TARGET
+    discrepancy = previous[-1].discrepancy
+    others = max((abs(value) for _, value in discrepancy.values), default=0.0)
+    off = others if discrepancy.governing is None else abs(discrepancy.of(discrepancy.governing))
+    return TARGET * (1.0 - min(off, MOST_ROOM))

@@ -1,0 +1,304 @@
+"""Steps of one iteration of the design loop: size, build, predict."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.common.system.progress import report_step
+from gradedesign.design.resolve.analysable import grid_spacing
+from gradedesign.design.resolve.cell_choice import CellChoice
+from gradedesign.design.resolve.problem import Problem
+from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.thinnest_wall import thinnest_wall
+from gradedesign.design.resolve.zoning import cell_weights, node_windows
+from gradedesign.errors import LatticeError
+from gradedesign.geometry.cell.shape import blamed_shape
+from gradedesign.geometry.contour.sample import grid_points
+from gradedesign.geometry.lattice.density_grid import DensityGrid, density_grid_from_elements
+from gradedesign.geometry.lattice.lattice import LatticeDesign
+from gradedesign.geometry.tets.tet_mesh import centroids
+from gradedesign.mechanics.explicit.correction import Correction, energy_weighted_density
+from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
+from gradedesign.mechanics.fe.assembly import strain_energy_per_element
+from gradedesign.mechanics.fe.elastic_system import ElasticSystem
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.limit import Limit
+from gradedesign.mechanics.limits.local_stress import allowed_stress
+from gradedesign.mechanics.limits.state import Predicted
+from gradedesign.mechanics.limits.verdict import Factors
+from gradedesign.mechanics.sizing.filter import DensityFilter, cone_filter, uniform_filter
+from gradedesign.mechanics.sizing.homogenised import homogenised_system
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
+from gradedesign.mechanics.sizing.lattice_stiffness import (
+    as_stiffness,
+    in_lattice,
+    lattice_stiffness,
+)
+from gradedesign.mechanics.sizing.responses import solve_adjoints
+from gradedesign.mechanics.sizing.size import SizingProblem, SizingResult, SizingStep
+from gradedesign.mechanics.sizing.state import SolvedState, solved_state
+from gradedesign.mechanics.sizing.stress_to_density import size_by_stress
+from gradedesign.program.store.stored_sizing import stored_sizing
+
+#: Sizing aims a little below each limit, so that a small discrepancy does not break it.
+TARGET = 0.985
+#: Sizing iterations in the first iterations of the loop. Each sizing goes on from the variables of
+#: the one before. The first design only serves to find the correction, which changes more than
+#: further sizing would gain.
+FIRST_SIZING_ITERATIONS = (10, 20)
+#: Later ones only tune: corrections of the last design do not fit one that has changed much. Twenty
+#: in every iteration took the cubic bracket five iterations of the loop instead of three to four.
+TUNING_SIZING_ITERATIONS = 8
+#: The density grid resolves a cell by this many nodes. Chosen, not measured.
+NODES_PER_CELL = 4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Prediction:
+    """Prediction of the corrected homogenised model for a design, before its explicit analysis.
+
+    Attributes
+    ----------
+    values : dict of LimitKey to Predicted
+        Of every limit.
+    lattice_share : float
+        Share of the governing value by gradient that comes from strain of the lattice phase.
+    mean_density : float
+        Of the lattice phase, weighted by its strain energy in the governing value, so that it
+        stands for the lattice that carries.
+    """
+
+    values: dict[LimitKey, Predicted]
+    lattice_share: float
+    mean_density: float
+
+
+def corrected_model(model: HomogenisedModel, correction: Correction) -> HomogenisedModel:
+    """Homogenised model with the stiffness corrected by explicit analyses."""
+    return replace(
+        model,
+        stiffness_factor=correction.stiffness,
+        stiffness_exponent=correction.exponent,
+        reference_density=correction.reference,
+    )
+
+
+def corrected_limits(limits: Sequence[Limit], correction: Correction) -> tuple[Limit, ...]:
+    """Limits whose predicted values carry their factors."""
+    return tuple(replace(limit, factor=correction.factor(limit.key)) for limit in limits)
+
+
+def tightened_limits(limits: Sequence[Limit], factors: Factors) -> tuple[Limit, ...]:
+    """Limits tightened by the ratio of accepted to explicit values."""
+    return tuple(
+        replace(limit, allowed=limit.allowed / factors.get(limit.key, 1.0)) for limit in limits
+    )
+
+
+def design_filter(setup: Setup) -> DensityFilter:
+    """Filter from design variables to element densities; every iteration of a run shares it."""
+    report_step("filter of densities")
+    mesh = setup.problem.space.mesh
+    if setup.problem.case.lattice.grading == "uniform":
+        return uniform_filter(mesh.tets.shape[1])
+    radius = setup.problem.case.lattice.filter_radius * setup.cells.layout.typical
+    weights = setup.model.volumes * np.maximum(1 - setup.model.solid_fraction, 1e-6)
+    return cone_filter(centroids(mesh), weights, radius)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SizingPlan:
+    """Settings of one sizing.
+
+    Attributes
+    ----------
+    most_iterations : int
+    start : (n,) array, optional
+        Design variables to begin with.
+    target : float
+        Utilisation of the limits that it aims at.
+    keep : float
+        Share of its start that every variable keeps at least.
+    """
+
+    most_iterations: int
+    start: FloatArray | None = None
+    target: float = TARGET
+    keep: float = 0.0
+
+
+def size_design(
+    setup: Setup,
+    correction: Correction,
+    factors: Factors,
+    density_filter: DensityFilter,
+    plan: SizingPlan,
+    on_step: Callable[[SizingStep], None] | None = None,
+) -> SizingResult:
+    """Size the corrected homogenised part, densities filtered by ``density_filter``.
+
+    ``factors`` are accepted over explicit values, where acceptance found more than the explicit
+    analysis did: the limits are that much tighter here.
+    """
+    sizing = SizingProblem(
+        model=corrected_model(setup.model, correction),
+        limits=tightened_limits(corrected_limits(setup.problem.limits, correction), factors),
+        bounds=setup.cells.bounds,
+        filter=density_filter,
+        windows=None if setup.cells.zoning is None else setup.cells.zoning.windows,
+        target=plan.target,
+    )
+    case = setup.problem.case
+    if case.lattice.by_stress:
+        return size_by_stress(
+            sizing, setup.solutions, allowed_stress(case.limits, setup.problem.material),
+            start=None if plan.start is None else float(plan.start[0]),
+            max_iterations=plan.most_iterations, on_step=on_step,
+        )  # fmt: skip
+    return stored_sizing(
+        case,
+        setup.cells.cell,
+        sizing,
+        start=plan.start,
+        max_iterations=plan.most_iterations,
+        keep=plan.keep,
+        on_step=on_step,
+    )
+
+
+def density_grid(problem: Problem, cells: CellChoice, rho: FloatArray) -> DensityGrid:
+    """The density field from which the lattice is built.
+
+    Where zones have different bounds, the relative position of every density between its bounds is
+    smoothed, so that the field keeps the local bounds.
+    """
+    report_step("density field")
+    cell = problem.case.lattice.cell_size
+    spacing = min(cell / NODES_PER_CELL, problem.case.part.element_size)
+    mesh, margin, zoning = problem.space.mesh, 0.5 * cell, cells.zoning
+    if zoning is None or zoning.windows is None:
+        return density_grid_from_elements(mesh, rho, spacing=spacing, margin=margin)
+    low, high = zoning.windows
+    # An element whose bounds are equal gets the middle: it has no relative position.
+    height = np.full(rho.size, 0.5)
+    np.divide(rho - low, high - low, out=height, where=high > low)
+    heights = density_grid_from_elements(
+        mesh, np.clip(height, 0.0, 1.0), spacing=spacing, margin=margin
+    )
+    nodes = grid_points(heights.origin, (0, 0, 0), heights.values.shape, spacing)
+    below, above = node_windows(zoning, nodes)
+    return replace(heights, values=below + (above - below) * heights.values)
+
+
+def build_design(problem: Problem, cells: CellChoice, grid: DensityGrid) -> LatticeDesign:
+    """The lattice of a density field."""
+    cell, zoning = cells.cell, cells.zoning
+    mix = None if zoning is None else zoning.mix
+    return LatticeDesign(
+        domain=problem.domain,
+        shape=blamed_shape(cell.family) if mix is None else mix.shape,
+        level_of=cell.level_of if mix is None else mix.level_of,
+        cell_map=cells.layout.cell_map,
+        cell_size=cells.layout.typical,
+        density=grid,
+        parameters=cell.parameters if mix is None else {},
+        weights=None if mix is None or zoning is None else partial(cell_weights, zoning),
+        axes=cell.axes if mix is None else None,
+    )
+
+
+def printed_solid(
+    problem: Problem, design: LatticeDesign, grading: Field | None = None
+) -> PrintedSolid:
+    """A design with the loads, supports and limits of its case."""
+    regions = {name: problem.part.regions[name] for name in problem.facets}
+    return PrintedSolid(
+        case=problem.case,
+        design=design,
+        material=problem.material,
+        regions=regions,
+        support_zones=problem.support_zones,
+        stress_limit=allowed_stress(problem.case.limits, problem.material),
+        percentile=problem.case.limits.percentile,
+        solver=problem.solver,
+        mesher=problem.mesher,
+        grading=grading,
+    )
+
+
+def explicit_spacing(problem: Problem, cells: CellChoice, grid: DensityGrid) -> float:
+    """Element size of the explicit analysis from the thinnest wall or layer of a design, mm.
+
+    Raises
+    ------
+    LatticeError
+        If the thinnest wall is thinner than [print] min_wall.
+    """
+    case = problem.case
+    report_step("thinnest wall")
+    thinnest, element = thinnest_wall(problem, cells, grid)
+    least = None if case.print is None else case.print.min_wall
+    if least is not None and thinnest < least * (1 - 1e-6):
+        raise LatticeError(
+            f"the thinnest wall is {thinnest:.3g} mm, less than [print] min_wall "
+            f"{least:g} mm; raise the lower density"
+        )
+    return explicit_spacing_for(problem, element)
+
+
+def explicit_spacing_for(problem: Problem, element: float) -> float:
+    """Element size that the case states, or that follows the layers and walls, mm.
+
+    ``element``, mm, is the size that the thinnest wall needs.
+    """
+    case = problem.case
+    if case.run.explicit_mesh_size is not None:
+        return case.run.explicit_mesh_size
+    return float(grid_spacing(problem.domain, element, 1.0, problem.analysis))
+
+
+def predict(
+    model: HomogenisedModel, limits: Sequence[Limit], correction: Correction, rho: FloatArray
+) -> Prediction:
+    """Solve the corrected homogenised part for the densities that sizing chose.
+
+    The smoothing by the density grid is part of the corrections from explicit analyses, so that the
+    value sizing aims at is the value of the built lattice.
+    """
+    model = corrected_model(model, correction)
+    limits = corrected_limits(limits, correction)
+    report_step("predicting the design")
+    system = homogenised_system(model, rho)
+    state = solved_state(model, rho, limits, system)
+    report_step("stress and share of the lattice")
+    share, carrying = lattice_share(system, state, limits)
+    return Prediction(
+        values={limit.key: limit.predict(state) for limit in limits},
+        lattice_share=share,
+        mean_density=carrying,
+    )
+
+
+def lattice_share(
+    system: ElasticSystem, state: SolvedState, limits: Sequence[Limit]
+) -> tuple[float, float]:
+    """Lattice phase's share of the most used value by gradient, and its energy-weighted density."""
+    model, rho = state.model, state.rho
+    weights = state.lattice_volumes
+    mean = float(weights @ rho / weights.sum())
+    pairs = [(limit.responses(state)[0][0], limit.allowed) for limit in limits if limit.by_gradient]
+    if not pairs:
+        return 0.0, mean
+    worst, _ = max(pairs, key=lambda pair: pair[0].value / pair[1])
+    adjoint = solve_adjoints(model, system, [worst])[0]
+    u = state.displacement(worst.load_case)
+    lattice = as_stiffness(in_lattice(model, lattice_stiffness(model, rho)))
+    shared = strain_energy_per_element(model.space, lattice, u, adjoint.displacement)
+    if worst.value <= 0 or shared.sum() <= 0:
+        return 0.0, mean
+    return float(shared.sum() / worst.value), energy_weighted_density(shared, rho)

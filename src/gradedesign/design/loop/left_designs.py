@@ -1,0 +1,153 @@
+"""Designs that the loop has analysed but not judged: which of them to judge when it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from gradedesign.design.loop.accepted import Accepted
+from gradedesign.design.loop.ended import TIGHT_END, Ended, enclosed_end
+from gradedesign.design.loop.iteration import DesignIteration
+from gradedesign.design.loop.loop_stages import Judged, Stages
+from gradedesign.mechanics.limits.verdict import (
+    Factors,
+    all_hold,
+    is_tight,
+    with_factors,
+    worst_utilisation,
+)
+
+#: Least utilisation of a limit at which acceptance of a design corrects the next one. Chosen, not
+#: measured.
+NEAR = 0.88
+#: A design with this expected utilisation may hold: factors of two acceptances differ by 1 to 3 %.
+MAY_HOLD = 1.02
+
+
+def judge_left(
+    stages: Stages,
+    iterations: tuple[DesignIteration, ...],
+    factors: Factors,
+    last: Judged | None,
+    held: Accepted | None,
+    ended: Ended,
+    tried: set[int],
+) -> tuple[Accepted | None, Ended]:
+    """Judge designs that the loop has not judged but that may hold or be lighter.
+
+    Parameters
+    ----------
+    stages : Stages
+    iterations : tuple of DesignIteration
+    factors : Factors
+        Accepted over explicit values, by the last acceptance.
+    last : Judged or None
+        Design that was judged last.
+    held : Accepted or None
+        The design that acceptance held.
+    ended : Ended
+    tried : set of int
+        Numbers of the iterations that were judged, which ``stages.accept`` completes.
+
+    Returns
+    -------
+    accepted : Accepted or None
+        The lightest design that holds, else the last one that was refused here; None if nothing
+        holds and nothing was judged here.
+    ended : Ended
+    """
+    if held is not None:
+        if ended.by == "iterations" and last is not None:
+            return _lighter_left(stages, iterations, last, held, ended, tried)
+        return held, ended
+    found = None
+    if ended.by != "unjudged":
+        found = _best_left(stages, iterations, factors, tried)
+    if ended.by == "iterations" and (found is None or not found.holds):
+        nearest = _nearest_left(iterations, factors, tried)
+        # Nothing is judged where there is no time for another iteration.
+        if nearest is not None and stages.why_ended(iterations[:-1], factors) is None:
+            found = None
+            found = stages.accept(nearest, None)
+    return found, ended
+
+
+def enclosed_by(
+    accepted: Accepted, iterations: Sequence[DesignIteration], refused: Sequence[int]
+) -> Ended | None:
+    """The end where the accepted design holds and a hardly lighter one was refused, or None.
+
+    A design far from all its limits is not the lightest because another one failed.
+    """
+    if not accepted.holds or worst_utilisation(accepted.rows) < NEAR:
+        return None
+    masses = [iterations[number - 1].summary.mass_g for number in refused]
+    return enclosed_end(accepted.iteration.summary.mass_g, masses)
+
+
+def is_ready(iteration: DesignIteration, factors: Factors) -> bool:
+    """Whether explicit values times the factors of acceptance hold, and use up a limit."""
+    rows = with_factors(iteration.rows, factors)
+    return all_hold(rows) and is_tight(rows, at_lower_bound=iteration.at_lower_bound)
+
+
+def _best_left(
+    stages: Stages, iterations: Sequence[DesignIteration], factors: Factors, tried: set[int]
+) -> Accepted | None:
+    """Judge the earlier designs that are expected to hold, the lightest first, until one does.
+
+    That one is returned, or the last that is refused; None where no design is expected to hold.
+    """
+    candidates = [
+        i
+        for i in iterations
+        if i.summary.number not in tried and all_hold(with_factors(i.rows, factors))
+    ]
+    accepted = None
+    for iteration in sorted(candidates, key=lambda i: i.summary.mass_g):
+        accepted = None  # the fields of a refused design make room
+        accepted = stages.accept(iteration, None)
+        if accepted.holds:
+            break
+    return accepted
+
+
+def _nearest_left(
+    iterations: tuple[DesignIteration, ...], factors: Factors, tried: set[int]
+) -> DesignIteration | None:
+    """The earlier design that by its factors breaks a limit least, if it may hold."""
+    used = {
+        worst_utilisation(with_factors(i.rows, factors)): i
+        for i in iterations
+        if i.summary.number not in tried
+    }
+    return used[min(used)] if used and min(used) <= MAY_HOLD else None
+
+
+def _lighter_left(
+    stages: Stages,
+    iterations: tuple[DesignIteration, ...],
+    last: Judged,
+    accepted: Accepted,
+    ended: Ended,
+    tried: set[int],
+) -> tuple[Accepted, Ended]:
+    """Judge the lightest earlier design that uses a limit by the latest factors, if any.
+
+    The factors of two acceptances differ by some per cent where walls meet faces: a design that the
+    first ones broke may hold. Either it is accepted, or it shows that the accepted one is the
+    lightest. Nothing is judged where there is no time for another iteration.
+    """
+    mass = accepted.iteration.summary.mass_g
+    candidates = [
+        i
+        for i in iterations
+        if i.summary.number not in tried and i.summary.mass_g < mass and is_ready(i, last.factors)
+    ]
+    if not candidates or stages.why_ended(iterations[:-1], last.factors) is not None:
+        return accepted, ended
+    latest = stages.accept(min(candidates, key=lambda i: i.summary.mass_g), None)
+    if not latest.holds:
+        number = latest.iteration.summary.number
+        return accepted, enclosed_by(accepted, iterations, (number,)) or ended
+    tight = is_tight(latest.rows, at_lower_bound=latest.iteration.at_lower_bound)
+    return latest, TIGHT_END if tight else ended

@@ -1,0 +1,248 @@
+"""Cost of a run in unknowns, memory and seconds, before it and after its first iteration.
+
+Every stage takes a number of seconds for each unit of its work, measured on two cores of an
+otherwise idle machine. After its first iteration a run replaces them by the times of its own
+stages.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from gradedesign.design.loop.iteration_steps import (
+    FIRST_SIZING_ITERATIONS,
+    TUNING_SIZING_ITERATIONS,
+)
+from gradedesign.design.resolve.least_density import USUAL_ITERATIONS
+from gradedesign.mechanics.explicit.tets import DOFS_PER_TET, solve_seconds
+
+#: Homogenised analyses beside sizing, counted in its iterations: prediction and correction.
+LEARNING_SIZING_ITERATIONS = 2
+#: Acceptances of a run of more than one iteration: the first that holds teaches factors, the last
+#: decides. Two in `mini` and in `size-graded`.
+USUAL_ACCEPTANCES = 2
+#: A prediction is meant to be right within this factor on an idle machine. Chosen, not measured.
+WITHIN = 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunWork:
+    """Amount of work of a run, in plain numbers.
+
+    Attributes
+    ----------
+    part_dofs : int
+        Unknowns of the part's own mesh.
+    load_cases : int
+    adjoint_solves : int
+        That limits by gradient cost sizing beside the solves of the load cases.
+    explicit_dofs : int
+        Unknowns of the explicit lattice.
+    explicit_memory : int
+        Bytes that its analysis asks of [run] memory before it begins.
+    explicit_mesh_s, explicit_solve_s : float, s
+        As the analysis estimates them.
+    whole_s : float, s
+        Of the whole printed surface at two resolutions, as its analysis estimates them.
+    mesher_tets : int
+        Tetrahedra of the mesher of the acceptance: of the whole lattice, or of all submodels.
+    iterations : int
+        That the run may take at most.
+    """
+
+    part_dofs: int
+    load_cases: int
+    adjoint_solves: int
+    explicit_dofs: int
+    explicit_memory: int
+    explicit_mesh_s: float
+    explicit_solve_s: float
+    whole_s: float
+    mesher_tets: int
+    iterations: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Speed:
+    """Seconds for a unit of work.
+
+    Attributes
+    ----------
+    sizing : float, s
+        For each unknown of the part and each of its solves in an iteration.
+    mesh, solve : float
+        Over what the explicit analysis estimates.
+    tet : float, s
+        For each tetrahedron of the mesher of the acceptance.
+    start : float, s
+        Reading and meshing the part, pictures and report.
+    """
+
+    sizing: float
+    mesh: float
+    solve: float
+    tet: float
+    start: float
+
+
+#: Measured in first iterations on two idle cores: sizing 0.6 to 1.9e-5, the mesher 0.4 to 0.9e-3
+#: since surfaces come to it with fewer triangles.
+MEASURED = Speed(
+    sizing=1.1e-5,
+    mesh=1.0,
+    solve=1.0,
+    tet=0.7e-3,
+    start=8.0,
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CostPrediction:
+    """Predicted size and time of a run.
+
+    Attributes
+    ----------
+    part_dofs, explicit_dofs : int
+    memory_bytes : int
+        That the explicit analysis asks of [run] memory before it begins.
+    sizing_s : float, s
+        Of a first iteration.
+    explicit_mesh_s, explicit_solve_s : float, s
+        Of every iteration.
+    whole_s : float, s
+        The whole printed surface at two resolutions.
+    acceptance_s : float, s
+        Body-fitted meshes of the exported file and their analysis.
+    iteration_s : float, s
+        A first iteration: sizing, mesh, solve, and the update of the corrections.
+    run_s : float, s
+        ``iterations`` iterations, their acceptances, part and output.
+    iterations : int
+        That ``run_s`` counts.
+    learned : bool
+        Whether a finished iteration of the same run stands behind it.
+    """
+
+    part_dofs: int
+    explicit_dofs: int
+    memory_bytes: int
+    sizing_s: float
+    explicit_mesh_s: float
+    explicit_solve_s: float
+    whole_s: float
+    acceptance_s: float
+    iteration_s: float
+    run_s: float
+    iterations: int
+    learned: bool = False
+
+    @property
+    def judging_s(self) -> float:
+        """Seconds of an acceptance with both of its analyses, s."""
+        return self.whole_s + self.acceptance_s
+
+
+def predict_cost(
+    work: RunWork, speed: Speed = MEASURED, *, learned: bool = False
+) -> CostPrediction:
+    """Predict the size and time of a run from plain numbers.
+
+    Parameters
+    ----------
+    work : RunWork
+    speed : Speed
+        Of this machine and case; what was measured on small cases by default.
+    learned : bool
+        Whether ``speed`` comes from a finished iteration of the run itself.
+
+    Returns
+    -------
+    CostPrediction
+    """
+    sizing = sizing_seconds(work, speed, FIRST_SIZING_ITERATIONS[0])
+    mesh, solve = speed.mesh * work.explicit_mesh_s, speed.solve * work.explicit_solve_s
+    remeshed = int(work.mesher_tets * DOFS_PER_TET)
+    again = speed.solve * solve_seconds(remeshed, work.load_cases)
+    accept = mesher_seconds(work.mesher_tets, speed) + again
+    whole = speed.solve * work.whole_s
+    learning = sizing_seconds(work, speed, LEARNING_SIZING_ITERATIONS)
+    iterations = min(USUAL_ITERATIONS, work.iterations)
+    sized = sum(sizing_seconds(work, speed, sizing_iterations_of(n)) for n in range(iterations))
+    accepted = min(USUAL_ACCEPTANCES, iterations) * (whole + accept)
+    return CostPrediction(
+        part_dofs=work.part_dofs,
+        explicit_dofs=work.explicit_dofs,
+        memory_bytes=work.explicit_memory,
+        sizing_s=sizing,
+        explicit_mesh_s=mesh,
+        explicit_solve_s=solve,
+        whole_s=whole,
+        acceptance_s=accept,
+        iteration_s=sizing + mesh + solve + learning,
+        run_s=speed.start + sized + iterations * (mesh + solve + learning) + accepted,
+        iterations=iterations,
+        learned=learned,
+    )
+
+
+def sizing_iterations_of(finished: int) -> int:
+    """Sizing iterations of the iteration after ``finished`` ones."""
+    return (
+        FIRST_SIZING_ITERATIONS[finished]
+        if finished < len(FIRST_SIZING_ITERATIONS)
+        else TUNING_SIZING_ITERATIONS
+    )
+
+
+def sizing_seconds(work: RunWork, speed: Speed, iterations: int) -> float:
+    """Seconds of a sizing, s."""
+    solves = work.load_cases + work.adjoint_solves
+    return speed.sizing * work.part_dofs * solves * iterations
+
+
+def mesher_seconds(tets: int, speed: Speed = MEASURED) -> float:
+    """Seconds of the mesher of the acceptance, s."""
+    return speed.tet * tets
+
+
+def learned_speed(
+    work: RunWork, iterations: int, seconds: Mapping[str, float], speed: Speed = MEASURED
+) -> Speed:
+    """Speed from the times of the stages of a finished iteration.
+
+    Solves depend least on the case, so that theirs tells how fast the machine is at present: the
+    mesher, which no iteration runs, is taken to be as much slower or faster.
+
+    Parameters
+    ----------
+    work : RunWork
+        With the unknowns that the iteration really had.
+    iterations : int
+        Of its sizing.
+    seconds : mapping of stage to seconds
+        ``sizing``, ``explicit mesh``, ``explicit solve``; a stage that is missing teaches nothing.
+    speed : Speed
+        For the other stages.
+
+    Returns
+    -------
+    Speed
+    """
+    believed = {
+        "sizing": sizing_seconds(work, speed, iterations),
+        "explicit mesh": speed.mesh * work.explicit_mesh_s,
+        "explicit solve": speed.solve * work.explicit_solve_s,
+    }
+    ratio = {
+        name: seconds[name] / value
+        for name, value in believed.items()
+        if seconds.get(name, 0.0) > 0 and value > 0
+    }
+    return replace(
+        speed,
+        sizing=speed.sizing * ratio.get("sizing", 1.0),
+        mesh=speed.mesh * ratio.get("explicit mesh", 1.0),
+        solve=speed.solve * ratio.get("explicit solve", 1.0),
+        tet=speed.tet * ratio.get("explicit solve", 1.0),
+    )

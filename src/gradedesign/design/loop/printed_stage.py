@@ -1,0 +1,79 @@
+"""The whole printed surface by finite cells: how acceptance analyses it at any resolution."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import replace
+
+from gradedesign.arrays import FloatArray
+from gradedesign.common.system.progress import Event, Listener
+from gradedesign.design.acceptance.whole_resolution import (
+    RATIO,
+    TIME_SHARE,
+    finer_estimate,
+    first_spacing,
+    seconds,
+    within_budgets,
+)
+from gradedesign.design.acceptance.whole_solid import WholeStage
+from gradedesign.design.loop.analysed import Analysed
+from gradedesign.design.loop.planned_design import planned_design
+from gradedesign.design.resolve.cell_choice import cells_in_zones
+from gradedesign.design.resolve.setup import Setup
+from gradedesign.geometry.triangles.printed_field import field_within, surface_search
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.mechanics.explicit.analysis import Resolution
+from gradedesign.mechanics.explicit.explicit import ExplicitResult, analyse_printed_solid
+from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS, ORDERS
+from gradedesign.mechanics.fe.displacement_goal import DisplacementGoal
+
+#: The field is exact within this many elements of the surface. Narrower is faster. Chosen, not
+#: measured.
+BAND = 2.0
+
+
+def printed_stage(
+    setup: Setup, surface: SurfaceMesh, analysed: Analysed, rho: FloatArray, on_event: Listener
+) -> WholeStage:
+    """Finite cells on the surface as read back from its file.
+
+    The first spacing resolves walls and struts as the explicit analysis does. ``rho`` is the
+    density of every element of the part, from which the cost of a spacing follows.
+    """
+    run, solid = setup.problem.case.run, analysed.solid
+    division = analysed.result.solved.division
+    planned = replace(planned_design(setup, rho), volume=analysed.result.volume)
+    search = surface_search(surface)
+    goals: dict[Hashable, DisplacementGoal] = {
+        limit.key: goal for limit in setup.problem.limits if (goal := limit.goal()) is not None
+    }
+
+    def need(spacing: float) -> tuple[bool, str]:
+        size = finer_estimate(planned, spacing, division.unknowns)
+        return within_budgets(size, run.memory, run.time), (
+            f"{size.unknowns / 1e6:.2g} M unknowns, about {size.memory_bytes / 1e9:.2g} of "
+            f"{run.memory / 1e9:.3g} GB of [run] memory, and {seconds(size):.0f} s of "
+            f"{TIME_SHARE * run.time:.0f} s, a sixth of [run] time"
+        )
+
+    def analyse(spacing: float) -> ExplicitResult:
+        field = field_within(search, BAND * spacing)
+        printed = replace(solid, field=field, goals=goals)
+        return analyse_printed_solid(
+            FINITE_CELLS,
+            printed,
+            Resolution(spacing=spacing),
+            lambda message: on_event(Event(stage="acceptance", message=message)),
+        )
+
+    return WholeStage(
+        analyse=analyse,
+        spacing=min(
+            first_spacing(setup.problem.analysis, analysed.result.mesh_size, cell)
+            for cell, _, _ in cells_in_zones(setup.cells)
+        ),
+        ratio=RATIO,
+        orders=ORDERS,
+        judged_by="finite cells on the whole printed surface",
+        need=need,
+    )

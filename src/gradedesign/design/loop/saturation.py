@@ -1,0 +1,175 @@
+"""Estimate of whether higher densities could make a design hold the limit that it breaks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.design.loop.iteration import DesignIteration
+from gradedesign.design.loop.iteration_steps import (
+    corrected_limits,
+    corrected_model,
+    tightened_limits,
+)
+from gradedesign.design.resolve.cell_choice import element_bounds
+from gradedesign.design.resolve.open_loads import open_regions, plate_key
+from gradedesign.design.resolve.setup import Setup
+from gradedesign.mechanics.fe.elastic_system import ElasticSystem
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.limit import Limit
+from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.mechanics.limits.verdict import Factors, with_factors
+from gradedesign.mechanics.sizing.homogenised import homogenised_system
+from gradedesign.mechanics.sizing.responses import response_gradients, solve_adjoints
+from gradedesign.mechanics.sizing.state import SolvedState, solved_state
+
+#: A limit is out of reach if this many times the gain that the model predicts is not enough.
+SAFETY = 2.0
+#: Below this gain, the densities that matter for a value are reported to stand at their bound.
+#: Chosen, not measured.
+NO_GAIN = 0.02
+#: A density counts as at its upper bound within this relative distance. Chosen, not measured.
+AT_BOUND = 1e-2
+
+
+def saturated(setup: Setup, iterations: Sequence[DesignIteration], factors: Factors) -> str | None:
+    """Sentence on the limit that no density of this lattice can hold, or None.
+
+    Of a limit by gradient every density matters by its sensitivity: it is out of reach once all
+    densities at their bounds would not gain enough. For the others those tetrahedra matter whose
+    own stress needs a higher density. A limit that an earlier design held is within reach,
+    whatever the model predicts now.
+
+    Parameters
+    ----------
+    setup : Setup
+    iterations : sequence of DesignIteration
+        In order, with their explicit values; limits that the last one breaks are looked at.
+    factors : mapping of LimitKey to float
+        Factors of acceptance.
+
+    Returns
+    -------
+    str or None
+        One sentence: the limit, and what would help.
+    """
+    limits = {limit.key: limit for limit in setup.problem.limits}
+    missed = [
+        row
+        for row in never_held([iteration.rows for iteration in iterations], factors)
+        if row.key in limits and row.utilisation > limits[row.key].scatter
+    ]
+    if not missed:
+        return None
+    solved = _solved(setup, iterations[-1])
+    for row in sorted(missed, key=lambda r: -r.utilisation):
+        gain = _gain(setup, solved, row.key, factors)
+        if gain is not None and row.utilisation * (1.0 - SAFETY * gain) > 1.0:
+            return sentence(setup, row, gain)
+    return None
+
+
+def never_held(designs: Sequence[Sequence[LimitRow]], factors: Factors) -> list[LimitRow]:
+    """Rows of the last design whose limit it breaks, as every design before it did.
+
+    Parameters
+    ----------
+    designs : sequence of sequence of LimitRow
+        Explicit values of the designs, in order.
+    factors : mapping of LimitKey to float
+        Accepted over explicit values.
+    """
+    *earlier, last = (with_factors(rows, factors) for rows in designs)
+    held = {(row.key, row.load_case) for rows in earlier for row in rows if row.passed}
+    return [row for row in last if not row.passed and (row.key, row.load_case) not in held]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Solved:
+    """A design in the corrected homogenised model."""
+
+    limits: dict[LimitKey, Limit]
+    state: SolvedState
+    system: ElasticSystem
+
+
+def _solved(setup: Setup, iteration: DesignIteration) -> _Solved:
+    model = corrected_model(setup.model, iteration.correction)
+    limits = corrected_limits(setup.problem.limits, iteration.correction)
+    system = homogenised_system(model, iteration.rho)
+    return _Solved(
+        limits={limit.key: limit for limit in limits},
+        state=solved_state(model, iteration.rho, limits, system),
+        system=system,
+    )
+
+
+def _gain(setup: Setup, solved: _Solved, key: LimitKey, factors: Factors) -> float | None:
+    """Share of a value that densities at their bounds could take away; None: unknown."""
+    limit, rho = solved.limits[key], solved.state.rho
+    if limit.by_gradient:
+        return density_gain(relative_slope(solved, limit), rho, element_bounds(setup.cells))
+    (tight,) = tightened_limits([limit], factors)
+    return 0.0 if needy_at_bound(tight.least_density(solved.state), rho, setup) else None
+
+
+def relative_slope(solved: _Solved, limit: Limit) -> FloatArray:
+    """Derivative of a value by every density, over the value, ``(M,)``."""
+    response = limit.responses(solved.state)[0][0]
+    adjoints = solve_adjoints(solved.state.model, solved.system, [response])
+    return response_gradients(solved.state, [response], adjoints)[0] / response.value
+
+
+def density_gain(
+    slope: FloatArray, rho: FloatArray, bounds: tuple[FloatArray | float, FloatArray | float]
+) -> float:
+    """Share of a value that densities at the better of their bounds would take away.
+
+    Parameters
+    ----------
+    slope : (M,) array
+        Derivative of the value by every density, over the value.
+    rho : (M,) array
+    bounds : two (M,) arrays or floats
+
+    Notes
+    -----
+    At first order. Displacements and work are convex in the densities, so that this overrates it.
+    """
+    low, high = bounds
+    return float(np.maximum(-slope * (high - rho), slope * (rho - low)).sum())
+
+
+def needy_at_bound(wanted: FloatArray, rho: FloatArray, setup: Setup) -> bool:
+    """Whether there are tetrahedra that need more density, and all are at the upper bound."""
+    lattice = setup.model.solid_fraction < 1
+    needy = lattice & (wanted > rho * (1 + AT_BOUND))
+    full = rho >= element_bounds(setup.cells)[1] * (1 - AT_BOUND)
+    return bool(needy.any() and full[needy].all())
+
+
+def sentence(setup: Setup, row: LimitRow, gain: float) -> str:
+    """The limit that is out of reach, and what would help."""
+    upper = setup.cells.bounds[1]
+    window = min(setup.cells.cell.window[1], setup.cells.law.window[1])
+    helps = ["another cell", "smaller cells"]
+    if not setup.problem.case.lattice.skin:
+        helps.insert(1, "a skin")
+    if window > upper * (1 + AT_BOUND):
+        helps.insert(0, f"[lattice] density up to {window:.3g}")
+    problem, size = setup.problem, setup.cells.layout.typical
+    if row.key.region in open_regions(problem.case, problem.part, problem.domain, size):
+        helps.insert(0, plate_key(row.key.region, size))
+    why = (
+        f"every density that matters for it stands at the upper bound of {upper:.3g}"
+        if gain < NO_GAIN
+        else f"raising every density to the upper bound of {upper:.3g} would take about {gain:.0%} "
+        f"of it away"
+    )
+    return (
+        f"this lattice cannot reach the limit on {row.name} ({row.load_case}): {why}; "
+        f"{', '.join(helps[:-1])} or {helps[-1]} would help"
+    )

@@ -1,0 +1,1 @@
+"""From the names of a case to records: cells, laws, part, loads, limits, the design problem."""

@@ -1,0 +1,82 @@
+"""The explicit analysis of a resolved case, with the densities that its budgets can analyse."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from gradedesign.design.printing.gaps import narrowest_gap
+from gradedesign.design.resolve.analysable import (
+    Analysable,
+    analysable_bounds,
+    analysable_together,
+)
+from gradedesign.design.resolve.planned_solid import planned_part
+from gradedesign.design.resolve.resolved_case import ResolvedCase, stated_zones
+from gradedesign.errors import ResourceError
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.mechanics.limits.limit import stated_goals
+
+
+def analysable_lattice(
+    resolved: ResolvedCase,
+    bounds: Sequence[tuple[float, float]],
+    *,
+    latticed: float,
+    solid: float,
+) -> Analysable:
+    """The analysis that a case takes, with the density bounds that it can analyse.
+
+    Parameters
+    ----------
+    resolved : ResolvedCase
+    bounds : sequence of (float, float)
+        Density windows of user, cell, law and printer of every zone, one without zones.
+    latticed, solid : float, mm^3
+        Volume that becomes lattice, and volume that stays solid.
+
+    Raises
+    ------
+    ResourceError
+        If the memory of the case holds no density of its window.
+    """
+    part = planned_part(
+        resolved.part.surface,
+        resolved.domain,
+        latticed=latticed,
+        solid=solid,
+        load_cases=len(resolved.case.load_case),
+        goals=stated_goals(resolved.limits),
+    )
+    able = analysable_together(
+        [
+            analysable_bounds(
+                resolved.case,
+                zone.cell,
+                window,
+                resolved.layout.least,
+                resolved.analysis,
+                part=part,
+                domain=resolved.domain,
+            )
+            for zone, window in zip(stated_zones(resolved), bounds, strict=True)
+        ]
+    )
+    if able.refusal:
+        raise ResourceError(f"{resolved.case.where('run.memory')}: {able.refusal}")
+    if resolved.case.run.stop_after != "verdict":
+        return able
+    return replace(able, warnings=(*joined_faces(able, resolved.part.surface), *able.warnings))
+
+
+def joined_faces(able: Analysable, surface: SurfaceMesh) -> tuple[str, ...]:
+    """A warning where elements join faces of the part that are close to each other across void."""
+    gap = narrowest_gap(surface, able.analysis.closes * able.spacing)
+    if gap is None:
+        return ()
+    where = ", ".join(f"{value:.4g}" for value in gap.middle)
+    return (
+        f"faces of the part are {gap.width:.3g} mm apart at ({where}) mm: elements of "
+        f"{able.spacing:.3g} mm join them, so that the explicit analysis is too stiff there; a "
+        f"smaller [run] explicit_mesh_size or a wider gap keeps them apart",
+    )

@@ -1,0 +1,74 @@
+"""The cells that fill a part: their law, their densities, and their places."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.design.resolve.zoning import Zoning
+from gradedesign.geometry.cell.cell import Cell
+from gradedesign.geometry.lattice.cell_layout import CellLayout
+from gradedesign.geometry.maps.local_cells import local_cells
+from gradedesign.mechanics.fe.element_points import element_points
+from gradedesign.mechanics.fe.space import TetSpace
+from gradedesign.mechanics.material.scaling_law import ScalingLaw
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CellChoice:
+    """Cells of a design; where their size is graded, every design lays out its own.
+
+    Attributes
+    ----------
+    cell : Cell
+    law : ScalingLaw
+    bounds : (float, float)
+        Intersection of the user's, the family's, the law's and the printer's density windows.
+    elements_per_wall : float
+        Elements of the explicit analysis across the thinnest wall.
+    layout : CellLayout
+    zoning : Zoning or None
+        Zones whose cells or densities differ; cell, law and elements are then those of what lies
+        in no zone, ``bounds`` the least and the largest density of all.
+    frames : callable, optional
+        Rotations whose rows cells follow, points ``(3, ...)`` mm to ``(3, 3, ...)``.
+    """
+
+    cell: Cell
+    law: ScalingLaw
+    bounds: tuple[float, float]
+    elements_per_wall: float
+    layout: CellLayout
+    zoning: Zoning | None = None
+    frames: Field | None = None
+
+
+def cells_in_zones(
+    cells: CellChoice,
+) -> tuple[tuple[Cell, tuple[float, float], float], ...]:
+    """Cell, density bounds and elements per wall of every zone, or of the one lattice."""
+    zoning = cells.zoning
+    if zoning is None:
+        return ((cells.cell, cells.bounds, cells.elements_per_wall),)
+    return tuple((zoning.cells[z.cell], z.bounds, z.elements_per_wall) for z in zoning.zones)
+
+
+def element_bounds(cells: CellChoice) -> tuple[FloatArray, FloatArray]:
+    """Density bounds of the tetrahedra: two ``(M,)``, or scalars where all have the same."""
+    if cells.zoning is None or cells.zoning.windows is None:
+        return np.asarray(cells.bounds[0]), np.asarray(cells.bounds[1])
+    return cells.zoning.windows
+
+
+def cell_axes(layout: CellLayout, space: TetSpace) -> FloatArray:
+    """Rotations of cell axes, ``(3, 3)`` where all cells lie alike, else ``(3, 3, 4, M)``.
+
+    The latter at the Gauss points of the tetrahedra.
+    """
+    if layout.cell_map.name == "uniform":
+        return local_cells(layout.cell_map, space.mesh.points[:, :1]).axes[:, :, 0]
+    points = element_points(space).transpose(0, 2, 1)
+    axes = local_cells(layout.cell_map, points.reshape(3, -1)).axes
+    return axes.reshape(3, 3, *points.shape[1:])

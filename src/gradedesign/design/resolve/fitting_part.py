@@ -1,0 +1,47 @@
+"""The part of a case, read and repaired, if its surface shows that the case is possible on it."""
+
+from __future__ import annotations
+
+from gradedesign.common.system.progress import report_step
+from gradedesign.common.values.locate import locating
+from gradedesign.design.case.schema import Case
+from gradedesign.design.printing.build_volume import require_fits
+from gradedesign.design.printing.print_checks import require_voxels_fit
+from gradedesign.design.resolve.default_mesh_size import with_mesh_size
+from gradedesign.design.resolve.free_motions import require_apart, require_supported
+from gradedesign.design.resolve.part_readers import part_readers
+from gradedesign.design.resolve.part_repairer import part_repairer
+from gradedesign.design.resolve.predicted_part_mesh import require_mesh_fits
+from gradedesign.design.resolve.registry import Registry
+from gradedesign.design.resolve.support_conflicts import require_agreeing
+from gradedesign.design.resolve.symmetry import with_symmetry
+from gradedesign.geometry.lattice.part_room import require_cells_fit, require_displacements_fit
+from gradedesign.geometry.part.part import Part, read_part
+from gradedesign.mechanics.limits.kinds import require_possible
+
+
+def fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
+    """The part as read and repaired, if its mesh, cells, supports and limits are possible.
+
+    The case that comes with it states the mesh size, and what planes of symmetry hold.
+
+    Raises
+    ------
+    CaseError, PartError, ResourceError, PluginError
+        Whatever is wrong, with file, line and key.
+    """
+    report_step("reading and repairing the part")
+    mend = part_repairer(case, registry)
+    with locating(case.where, "part.file"):
+        part = read_part(case, part_readers(case, registry), mend)
+    require_fits(case, part.surface)
+    require_voxels_fit(case, part.surface)
+    case = with_symmetry(with_mesh_size(case, part), part)
+    require_cells_fit(case, part)
+    require_mesh_fits(case, part)
+    require_displacements_fit(case, part)
+    require_apart(case, part)
+    require_supported(case, part)
+    require_agreeing(case, part)
+    require_possible(registry.limits, case.limits, case.load_case, part.regions, case.where)
+    return case, part

@@ -1,0 +1,217 @@
+"""Resultants of the loads of a case, on the solid part and before any mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, locked, plain_vector
+from gradedesign.common.values.locate import locating
+from gradedesign.common.values.suggest import shown
+from gradedesign.design.case.schema import Case, LoadCaseSpec
+from gradedesign.geometry.part.part import Part
+from gradedesign.geometry.part.regions import Region
+from gradedesign.geometry.triangles.surface_mesh import enclosed_centroid
+from gradedesign.mechanics.fe.region_load import region_resultant
+from gradedesign.mechanics.material.material import Material
+
+#: Resultants below this share of what acts are taken for zero. Chosen, not measured.
+CANCELLED = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LoadRow:
+    """One load: its force and its moment about a point.
+
+    Attributes
+    ----------
+    source : str
+        The region, or ``acceleration``.
+    force : (3,) array, N
+    moment : (3,) array, N mm
+        About the point of the balance.
+    gross : float, N
+        Local forces: of a pressure, also where its resultant is zero.
+    """
+
+    source: str
+    force: FloatArray
+    moment: FloatArray
+    gross: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "force", locked(self.force, (3,), name="force"))
+        object.__setattr__(self, "moment", locked(self.moment, (3,), name="moment"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LoadBalance:
+    """The loads of one load case and their sum.
+
+    Attributes
+    ----------
+    load_case : str
+    about : (3,) array, mm
+        Area centroid of the held regions.
+    rows : tuple of LoadRow
+    force : (3,) array, N
+    moment : (3,) array, N mm
+    temperature_change : float, K
+        Uniform; it adds no force.
+    cancels : bool
+        Something acts, but neither a force nor a moment is left of it.
+    """
+
+    load_case: str
+    about: FloatArray
+    rows: tuple[LoadRow, ...]
+    force: FloatArray
+    moment: FloatArray
+    temperature_change: float
+    cancels: bool
+
+    def __post_init__(self) -> None:
+        for name in ("about", "force", "moment"):
+            object.__setattr__(self, name, locked(getattr(self, name), (3,), name=name))
+
+
+def load_balances(case: Case, part: Part, density: float) -> tuple[LoadBalance, ...]:
+    """Resultants of every load case.
+
+    Parameters
+    ----------
+    case : Case
+    part : Part
+    density : float, t/mm^3
+        Of the solid material: an acceleration is taken to act on the solid part.
+
+    Returns
+    -------
+    tuple of LoadBalance
+
+    Raises
+    ------
+    CaseError
+        If a region cannot carry the bearing load on it.
+    """
+    return tuple(_balance(case, number, part, density) for number in range(len(case.load_case)))
+
+
+def balance_warnings(balances: tuple[LoadBalance, ...]) -> tuple[str, ...]:
+    """Say which load cases act on the part but leave nothing to its supports."""
+    return tuple(
+        f"load case {shown(balance.load_case)}: its loads cancel: "
+        f"{sum(r.gross for r in balance.rows):.4g} N act, but they add up to no force and no "
+        f"moment, so the supports carry nothing; is a direction wrong?"
+        for balance in balances
+        if balance.cancels
+    )
+
+
+def yielding_loads(
+    case: Case, part: Part, balances: tuple[LoadBalance, ...], material: Material
+) -> tuple[str, ...]:
+    """Say which loads, and which reactions, are beyond yield on the mean of their faces."""
+    remarks = []
+    for number, (spec, balance) in enumerate(zip(case.load_case, balances, strict=True)):
+        acting: list[tuple[str, str, float, tuple[str, ...]]] = [
+            (f"load[{k}]", f"the load on region {shown(row.source)}", row.gross, (row.source,))
+            for k, row in enumerate(balance.rows[: len(spec.load)])
+        ]
+        held = tuple(dict.fromkeys(fix.region for fix in spec.fix))
+        reaction = float(np.linalg.norm(balance.force))
+        acting.append(("fix", "the reaction on its held regions", reaction, held))
+        for key, what, force, regions in acting:
+            area = sum(part.regions[name].area for name in regions)
+            if force > material.yield_strength * area:
+                remarks.append(
+                    f"{case.where(f'load_case[{number}].{key}')}: load case {shown(spec.name)}: "
+                    f"{what}, {force:.4g} N on {area:.4g} mm^2, is {force / area:.4g} MPa on "
+                    f"average, beyond the {material.yield_strength:g} MPa at which "
+                    f"{material.name} yields; a larger region, or is a unit wrong?"
+                )
+    return tuple(remarks)
+
+
+def load_case_data(case: Case, balances: Sequence[LoadBalance]) -> tuple[dict[str, Any], ...]:
+    """Plain data of ``check --json`` and result.json: supports and loads of every load case."""
+    return tuple(
+        {
+            "name": balance.load_case,
+            "supports": [
+                {
+                    "region": fix.region,
+                    "displacement_mm": list(fix.displacement),
+                    "symmetry": fix.symmetry,
+                }
+                for fix in spec.fix
+            ],
+            "about_mm": plain_vector(balance.about),
+            "loads": [
+                {
+                    "on": row.source,
+                    "force_N": plain_vector(row.force),
+                    "moment_N_mm": plain_vector(row.moment),
+                }
+                for row in balance.rows
+            ],
+            "force_N": plain_vector(balance.force),
+            "moment_N_mm": plain_vector(balance.moment),
+            "temperature_change_K": balance.temperature_change,
+            "cancels": balance.cancels,
+        }
+        for spec, balance in zip(case.load_case, balances, strict=True)
+    )
+
+
+def held_centroid(spec: LoadCaseSpec, part: Part) -> FloatArray:
+    """Area centroid of the regions that a load case holds, ``(3,)``, mm."""
+    regions = [part.regions[name] for name in dict.fromkeys(f.region for f in spec.fix)]
+    areas = np.array([region.area for region in regions])
+    return np.asarray(areas @ np.array([region.centroid for region in regions]) / areas.sum())
+
+
+def _balance(case: Case, number: int, part: Part, density: float) -> LoadBalance:
+    spec = case.load_case[number]
+    about = held_centroid(spec, part)
+    rows = []
+    for k, load in enumerate(spec.load):
+        region = part.regions[load.region]
+        with locating(case.where, f"load_case[{number}].load[{k}].bearing"):
+            force, turn = region_resultant(region, load)
+        stated = [load.force or 0.0, load.bearing or 0.0]
+        gross = sum(float(np.linalg.norm(size)) for size in stated)
+        gross += abs(load.pressure or 0.0) * region.area
+        turns = np.array(load.moment or (0.0, 0.0, 0.0))
+        if load.force is not None and load.point is not None:
+            turns += np.cross(load.point - region.centroid, load.force)
+        gross += float(np.linalg.norm(turns)) / _reach(region)
+        moment = turn + np.cross(region.centroid - about, force)
+        rows.append(LoadRow(source=load.region, force=force, moment=moment, gross=gross))
+    if any(spec.acceleration):
+        force = density * part.volume * np.array(spec.acceleration)
+        arm = enclosed_centroid(part.surface) - about
+        size = float(np.linalg.norm(force))
+        moment = np.cross(arm, force)
+        rows.append(LoadRow(source="acceleration", force=force, moment=moment, gross=size))
+    force = sum((row.force for row in rows), np.zeros(3))
+    moment = sum((row.moment for row in rows), np.zeros(3))
+    gross = sum(row.gross for row in rows)
+    imbalance = max(float(np.linalg.norm(force)), float(np.linalg.norm(moment)) / part.diagonal)
+    return LoadBalance(
+        load_case=spec.name,
+        about=about,
+        rows=tuple(rows),
+        force=force,
+        moment=moment,
+        temperature_change=spec.temperature_change,
+        cancels=gross > 0 and imbalance <= CANCELLED * gross,
+    )
+
+
+def _reach(region: Region) -> float:
+    """Arm of the forces that make up a moment on a region, mm."""
+    return float(np.linalg.norm(np.ptp(region.corners.reshape(-1, 3), axis=0)))

@@ -1,0 +1,149 @@
+"""Cells whose axes follow directions: principal stresses, a formula, a field from outside."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.common.values.locate import locating
+from gradedesign.design.case.generate_schema import GenerateCase
+from gradedesign.design.case.schema import Case
+from gradedesign.design.resolve.cell_choice import cell_axes
+from gradedesign.design.resolve.problem import Problem
+from gradedesign.design.resolve.resolve import density_bounds
+from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.solid import solid_stiffness
+from gradedesign.design.resolve.stated_directions import stated_directions
+from gradedesign.errors import CaseError
+from gradedesign.geometry.lattice.cell_layout import cell_layout, layout_warnings
+from gradedesign.geometry.lattice.graded_map import graded_map
+from gradedesign.geometry.maps.cell_map import CellMap, turned_axes
+from gradedesign.geometry.maps.frame_field import frame_field, principal_angle
+from gradedesign.geometry.maps.local_cells import local_cells
+from gradedesign.geometry.maps.map_report import spread
+from gradedesign.geometry.part.part import Part
+from gradedesign.geometry.tets.tet_mesh import centroids
+from gradedesign.mechanics.fe.solution import Solution
+from gradedesign.mechanics.fe.stress import element_stress
+from gradedesign.mechanics.sizing.homogenised_model import bond_matrix
+
+
+def oriented_frames(case: Case | GenerateCase, part: Part, tensor_of: Field) -> Field:
+    """Smooth frames along principal directions in the box of a part."""
+    corners, spec = part.surface.vertices, case.lattice
+    axes = turned_axes(spec.rotation)
+    smooth = 1.0 if spec.orientation is None else spec.orientation.smooth
+    with locating(case.where, "lattice.orientation"):
+        return frame_field(
+            tensor_of,
+            corners.min(axis=0),
+            corners.max(axis=0),
+            length=smooth * spec.edges[0],
+            start=axes.T,
+        )
+
+
+def constant_size(case: Case | GenerateCase) -> Field:
+    """The stated size everywhere, mm."""
+    size = case.lattice.edges[0]
+    return lambda points: np.full(np.shape(points)[1:], size)
+
+
+def alignment(
+    case: Case | GenerateCase, cell_map: CellMap, tensor_of: Field, points: FloatArray
+) -> dict[str, Any]:
+    """Angles between the largest principal direction and the nearest cell axis, plain data.
+
+    Weighted by the principal value; beside it the same of straight cells.
+    """
+    tensor = tensor_of(points)
+    start = turned_axes(case.lattice.rotation)
+    straight = np.repeat(start[:, :, None], points.shape[1], axis=2)
+    report = {}
+    for name, axes in (
+        ("angle_degrees", local_cells(cell_map, points).axes),
+        ("straight_angle_degrees", straight),
+    ):
+        angle, weight = principal_angle(axes, tensor)
+        report[name] = asdict(spread(angle, weight))
+    return report
+
+
+def oriented(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
+    """The setup with cells along the directions that its case states; unchanged without any.
+
+    Parameters
+    ----------
+    setup : Setup
+    solutions : tuple of Solution
+        Of the fully solid part.
+
+    Raises
+    ------
+    CaseError
+        If there is no direction to follow.
+    LatticeError
+        If the map folds.
+    """
+    problem, cells = setup.problem, setup.cells
+    case = problem.case
+    if case.lattice.orientation is None:
+        return setup
+    tensor_of = stated_directions(case, problem.domain.distance)
+    tensor_of = tensor_of or _solid_stress(problem, solutions)
+    frames = oriented_frames(case, problem.part, tensor_of)
+    if case.lattice.graded_size:
+        # The map itself follows from the densities that sizing finds.
+        return replace(setup, cells=replace(cells, frames=frames))
+    wanted = constant_size(case)
+    with locating(case.where, "lattice.orientation"):
+        cell_map = graded_map(case, problem.part, wanted, frames)
+        layout = cell_layout(cell_map, cells.layout.points, case.lattice.edges, wanted=wanted)
+    report = {
+        **layout.report,
+        "orientation": alignment(case, cell_map, tensor_of, layout.points),
+    }
+    bounds, _ = density_bounds(case, cells.cell, cells.law, layout.least)
+    return replace(
+        setup,
+        cells=replace(
+            cells,
+            frames=frames,
+            bounds=bounds,
+            layout=replace(layout, typical=cells.layout.typical, report=report),
+        ),
+        model=replace(setup.model, rotation=bond_matrix(cell_axes(layout, problem.space))),
+        warnings=(*setup.warnings, *layout_warnings(layout, cells.law.name)),
+    )
+
+
+def _solid_stress(problem: Problem, solutions: tuple[Solution, ...]) -> Field:
+    """Stress of the fully solid part in the load case that cells follow, by nearest element."""
+    orientation = problem.case.lattice.orientation
+    name = None if orientation is None else orientation.load_case
+    solved = [
+        (case, solution)
+        for case, solution in zip(problem.loads, solutions, strict=True)
+        if case.name == name
+    ]
+    if not solved:
+        raise CaseError(f"the load case '{name}' that cells are to follow was not solved")
+    case, solution = solved[0]
+    stress = element_stress(
+        problem.space,
+        solid_stiffness(problem),
+        solution.displacement,
+        thermal_strain=problem.material.thermal_expansion * case.temperature_change,
+    ).mean(axis=-1)
+    tree = cKDTree(centroids(problem.space.mesh).T)
+
+    def nearest(points: FloatArray) -> FloatArray:
+        flat = np.asarray(points, dtype=np.float64).reshape(3, -1)
+        _, element = tree.query(flat.T)
+        return np.asarray(stress[:, :, element].reshape(3, 3, *np.shape(points)[1:]))
+
+    return nearest

@@ -1,0 +1,86 @@
+"""The installed readers, as reading the part of a case takes them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from gradedesign.common.values.suggest import instead, shown
+from gradedesign.design.case.schema import CaseIdentity
+from gradedesign.design.resolve.plugins_by_name import supplied_by
+from gradedesign.design.resolve.registry import Registry, absent
+from gradedesign.design.resolve.voxel_part import voxel_triangles
+from gradedesign.errors import CaseError, PluginError, blaming
+from gradedesign.geometry.part.part import Reader
+from gradedesign.geometry.part.raw_triangles import RawTriangles
+from gradedesign.geometry.part.reader import PartReader
+from gradedesign.geometry.part.voxel_volume import VoxelVolume
+
+
+def part_readers(case: CaseIdentity, registry: Registry) -> dict[str, Reader]:
+    """Functions that read part files by lower-case suffix; what they raise names their plugin.
+
+    Parameters
+    ----------
+    case : CaseIdentity
+        Its part file must be one of theirs.
+    registry : Registry
+
+    Raises
+    ------
+    CaseError
+        If no reader takes the part file: lists the suffixes that are read. On reading, if the
+        case states a chord tolerance for a format of triangles.
+    PluginError
+        The same, when a plugin that might have read it is disabled.
+    """
+    by_suffix = {
+        suffix: _blamed(reader, registry.sources["readers"][reader.name], case)
+        for reader in registry.readers.values()
+        for suffix in reader.suffixes
+    }
+    file = case.part.file
+    if file is not None and file.suffix.lower() not in by_suffix:
+        suffix = file.suffix.lower()
+        advice = instead(suffix, sorted(by_suffix), label="readable")
+        if plugin := supplied_by("suffixes", suffix):
+            advice = f"{plugin}; or export it as STL or 3MF"
+        message = f"part.file: found {shown(file.name)}, which no installed reader takes; {advice}"
+        raise absent(registry, message)
+    return by_suffix
+
+
+def _blamed(reader: PartReader, source: str, case: CaseIdentity) -> Reader:
+    """Read a file; errors of the reader about the file are passed on."""
+    chord_tolerance, memory = case.part.chord_tolerance, case.run.memory
+
+    def read(path: Path) -> RawTriangles:
+        own = path == case.part.file
+        if own and chord_tolerance is not None and not reader.exact:
+            raise CaseError(
+                f"part.chord_tolerance: has no meaning for {path.name}, whose format holds "
+                "triangles; leave it out"
+            )
+        if not own and reader.sampled:
+            raise CaseError(
+                f"{path.name} holds voxels, which only [part] takes; expected a file of triangles "
+                f"or of CAD faces"
+            )
+        if own and case.part.voxels is not None and not reader.sampled:
+            raise CaseError(
+                f"part.voxels: has no meaning for {path.name}, whose format holds triangles; leave "
+                "it out"
+            )
+        who = f"part reader '{reader.name}' of {source} on {path.name}"
+        with blaming(who, always=False):
+            if reader.exact:
+                raw = reader.read(path, chord_tolerance)
+            else:
+                raw = reader.read(path, memory) if reader.sampled else reader.read(path)
+        wanted = VoxelVolume if reader.sampled else RawTriangles
+        if not isinstance(raw, wanted):
+            raise PluginError(f"{who} returned a {type(raw).__name__}, expected {wanted.__name__}")
+        if isinstance(raw, VoxelVolume):
+            return voxel_triangles(raw, case.part, memory, path.name)
+        return raw
+
+    return read

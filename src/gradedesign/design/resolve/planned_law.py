@@ -1,0 +1,167 @@
+"""The law that a case will use, found without computing any."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from gradedesign.design.case.schema import Case
+from gradedesign.design.resolve.choose_law import choose_law, usable_laws
+from gradedesign.design.resolve.registry import Registry
+from gradedesign.design.resolve.stated_law import stated_law
+from gradedesign.errors import CaseError
+from gradedesign.geometry.cell.cell import Cell
+from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.geometry.cell.law_schema import StatedLaw
+from gradedesign.mechanics.homogenise.cached_table import (
+    ON_DEMAND_RESOLUTION,
+    has_table,
+    on_demand_resolution,
+)
+from gradedesign.mechanics.homogenise.table import table_densities
+from gradedesign.mechanics.material.power_fit import GIBSON_ASHBY
+from gradedesign.mechanics.material.scaling_law import LawKind, ScalingLaw, has_strength
+
+#: Minutes of one processor that a table takes at ON_DEMAND_RESOLUTION, least and most.
+TABLE_MINUTES = (1.0, 2.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedLaw:
+    """The law that a run will use.
+
+    Attributes
+    ----------
+    name : str
+    window : (float, float)
+        Densities that it covers.
+    why : str
+        Why no registered law describes the cell; empty where one does.
+    voxels : int
+        Along the cell that it is computed on; 0 for a law that is known.
+    tabulated : bool
+        Known, or in the user's cache.
+    known : ScalingLaw or None
+        The law that needs no computing: registered, fitted to a registered one, or stated.
+    fitted : bool
+        Whether the run takes the power law fitted to the one that is computed.
+    """
+
+    name: str
+    window: tuple[float, float]
+    why: str = ""
+    voxels: int = 0
+    tabulated: bool = True
+    known: ScalingLaw | None = None
+    fitted: bool = False
+
+    @property
+    def kind(self) -> LawKind:
+        """Kind of the law that the run takes."""
+        if self.known is not None:
+            return self.known.kind
+        return "fitted" if self.fitted else "computed"
+
+    @property
+    def minutes(self) -> tuple[float, float]:
+        """Predicted time of computing it, least and most; zero where it is known."""
+        if self.tabulated:
+            return 0.0, 0.0
+        work = (self.voxels / ON_DEMAND_RESOLUTION) ** 3
+        return TABLE_MINUTES[0] * work, TABLE_MINUTES[1] * work
+
+
+def planned_law(
+    case: Case,
+    registry: Registry,
+    cell: Cell,
+    *,
+    poissons_ratio: float,
+) -> PlannedLaw:
+    """Choose between the registered laws and one that is computed for the case.
+
+    ``auto`` takes a registered law only for the family's default parameters in cells of equal
+    edges, which are what laws describe; so does ``gibson-ashby``, of computed ones. A law that the
+    case names or states is taken as it is.
+
+    Raises
+    ------
+    CaseError
+        As `choose_law` and `stated_law`; if the case limits stress and the law has no strength.
+    DensityError
+        If the walls are too thin for any grid that a law is computed on; as `choose_law`.
+    """
+    law, edges = case.lattice.law, case.lattice.edges
+    if isinstance(law, StatedLaw):
+        return _known(case, stated_law(law, cell, case.lattice.density, poissons_ratio))
+    changed = changed_parameters(cell.family, cell.parameters)
+    unequal = min(edges) < max(edges)
+    kinds = {k.kind for k in usable_laws(registry, cell.name)}
+    served = "computed" in kinds if law == GIBSON_ASHBY else bool(kinds)
+    if law not in ("auto", GIBSON_ASHBY) or (served and not changed and not unequal):
+        return _known(case, choose_law(registry, cell.name, law, case.lattice.density))
+    why = f"with {values_in_words(changed, cell.parameters)}" if changed else "of this cell"
+    if unequal:
+        why += f" with edges in proportion {proportion(edges)}"
+    voxels = on_demand_resolution(cell, edges)
+    densities = table_densities(cell, voxels, edges)
+    computed = f"{cell.name}-computed{'-stretched' if unequal else ''}"
+    return PlannedLaw(
+        name=GIBSON_ASHBY if law == GIBSON_ASHBY else computed,
+        window=(densities[0], densities[-1]),
+        why=f"no law {why} is installed",
+        voxels=voxels,
+        tabulated=has_table(cell, poissons_ratio, voxels, edges),
+        fitted=law == GIBSON_ASHBY,
+    )
+
+
+def _known(case: Case, law: ScalingLaw) -> PlannedLaw:
+    """A registered law; refused if it lacks a property that the case's limits need."""
+    require_strength(case, law)
+    return PlannedLaw(name=law.name, window=law.window, known=law)
+
+
+def require_strength(case: Case, law: ScalingLaw) -> None:
+    """Refuse a law of stiffness alone in a case that limits stress, or maps it to density.
+
+    Raises
+    ------
+    CaseError
+    """
+    if has_strength(law):
+        return
+    limits = case.limits
+    key = "stress" if limits.stress is not None else "safety_factor"
+    limited = getattr(limits, key) is not None
+    if not (limited or case.lattice.by_stress):
+        return
+    use, otherwise = (
+        (f"{case.where(f'limits.{key}')} limits the stress in the lattice", "leave the limit out")
+        if limited
+        else (
+            f"{case.where('lattice.method')} maps stress to density by it",
+            'take method = "lightest"',
+        )
+    )
+    cure = (
+        "add strength = {c = ..., n = ...} to it"
+        if law.kind == "stated"
+        else "name a law with strength"
+    )
+    raise CaseError(f"law '{law.name}' has no strength, and {use}; {cure}, or {otherwise}")
+
+
+def changed_parameters(family: CellFamily, parameters: Mapping[str, float]) -> list[str]:
+    """Names of the parameters that differ from the family's defaults."""
+    return [k for k, value in parameters.items() if value != family.parameters[k]]
+
+
+def proportion(edges: Sequence[float]) -> str:
+    """Edges over the shortest, in words."""
+    return " : ".join(f"{edge / min(edges):.4g}" for edge in edges)
+
+
+def values_in_words(names: list[str], parameters: Mapping[str, float]) -> str:
+    """Named parameters with their values."""
+    return ", ".join(f"{name} = {parameters[name]:g}" for name in names)

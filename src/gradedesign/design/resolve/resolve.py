@@ -1,0 +1,137 @@
+"""Records that a case names or states: material, parameters of the cell, densities."""
+
+from __future__ import annotations
+
+import math
+
+from gradedesign.design.case.material_checks import beyond_yield, beyond_yield_warning
+from gradedesign.design.case.schema import Case
+from gradedesign.design.resolve.planned_law import PlannedLaw
+from gradedesign.design.resolve.registry import Registry, lookup
+from gradedesign.errors import CaseError, DensityError
+from gradedesign.geometry.cell.cell import Cell
+from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.geometry.cell.wall_size import density_for_wall
+from gradedesign.geometry.maps.size_law import densities_for_sizes
+from gradedesign.mechanics.material.material import Material
+from gradedesign.mechanics.material.material_schema import MaterialSpec
+from gradedesign.mechanics.material.scaling_law import ScalingLaw
+
+#: A density window narrower than this share of its upper end has one density: levels of cells are
+#: calibrated to about a thousandth.
+NO_WIDTH = 1e-3
+
+
+def resolve_material(spec: MaterialSpec, registry: Registry) -> Material:
+    """Material of a case: from the library, with what the case states instead."""
+    stated = {
+        key: value
+        for key in (
+            "youngs_modulus",
+            "poissons_ratio",
+            "density",
+            "yield_strength",
+            "thermal_expansion",
+        )
+        if (value := getattr(spec, key)) is not None
+    }
+    if spec.name is not None:
+        base: Material = lookup(registry, "materials", spec.name)
+        values = {key: getattr(base, key) for key in Material.__dataclass_fields__}
+        source = (
+            base.source
+            if not stated
+            else f"{base.source}; stated in the case: " + ", ".join(sorted(stated))
+        )
+        return Material(**{**values, **stated, "source": source})
+    # Reading refuses a safety factor without a yield strength, so nothing asks for a missing one.
+    return Material(name="stated in the case", **{"yield_strength": math.nan, **stated})
+
+
+def require_below_yield(case: Case, material: Material) -> tuple[str, ...]:
+    """Refuse a limit of stress beyond the strength of a material; a warning where it is allowed.
+
+    Raises
+    ------
+    CaseError
+        With file and line, unless the case states ``beyond_yield``.
+    """
+    limits, strength = case.limits, material.yield_strength
+    if words := beyond_yield(limits, strength, material.youngs_modulus, name=material.name):
+        raise CaseError(f"{case.where('limits.stress')}: {words}")
+    remark = beyond_yield_warning(limits, strength, name=material.name)
+    return (remark,) if remark else ()
+
+
+def cell_parameters(case: Case, family: CellFamily) -> dict[str, float]:
+    """Defaults of the family with what the case states."""
+    unknown = sorted(set(case.lattice.parameters) - set(family.parameters))
+    if unknown:
+        raise CaseError(
+            f"{case.where('lattice.parameters')}: {', '.join(unknown)} is no parameter of cell "
+            f"'{family.name}', which has {', '.join(sorted(family.parameters)) or 'none'}"
+        )
+    return {**family.parameters, **case.lattice.parameters}
+
+
+def density_bounds(
+    case: Case,
+    cell: Cell,
+    law: ScalingLaw | PlannedLaw | None,
+    least_size: float,
+) -> tuple[tuple[float, float], list[str]]:
+    """Intersect the density windows and say which one narrowed the user's.
+
+    Nothing is said of the windows of cell and law where the case states no density of its own.
+
+    ``least_size`` is the shortest extent of any cell, mm: its walls must be printable. Without a
+    law, or with a planned one, the answer is known before any is computed.
+
+    Raises
+    ------
+    CaseError
+        If nothing is left, or no density has walls as thick as the printer needs.
+    """
+    low, high = case.lattice.density
+    windows = {f"cell family '{cell.name}'": cell.window}
+    if law is not None:
+        windows[f"law '{law.name}'"] = law.window
+    silent = set() if "density" in case.lattice.model_fields_set else set(windows)
+    spec = case.lattice
+    if spec.wall is not None:
+        sizes = (spec.size[0], spec.size[-1])
+        try:
+            fitting = densities_for_sizes(cell, spec.wall, sizes)
+        except DensityError as error:
+            raise CaseError(f"{case.where('lattice.wall')}: {error}") from error
+        windows[f"walls of {spec.wall:g} mm in cells of {spec.size_words}"] = fitting
+    elif case.print is not None and case.print.min_wall is not None:
+        if spec.graded_size:
+            # Cells are largest where the density is least.
+            least_size = spec.size[-1]
+        try:
+            floor = density_for_wall(cell, case.print.min_wall, least_size)
+        except DensityError as error:
+            raise CaseError(f"{case.where('print.min_wall')}: {error}") from error
+        windows[f"[print] min_wall {case.print.min_wall:g} mm"] = (floor, 1.0)
+    warnings = []
+    for name, (a, b) in windows.items():
+        if name not in silent and (a > low + 1e-9 or b < high - 1e-9):
+            warnings.append(
+                f"density [{low:g}, {high:g}] narrowed to [{max(low, a):.4g}, {min(high, b):.4g}] "
+                f"by the window [{a:.4g}, {b:.4g}] of {name}"
+            )
+        low, high = max(low, a), min(high, b)
+    if low > high:
+        listed = "; ".join(f"{n}: [{a:.4g}, {b:.4g}]" for n, (a, b) in windows.items())
+        raise CaseError(
+            f"{case.where('lattice.density')}: {list(case.lattice.density)} has nothing in common "
+            f"with the windows of what it uses ({listed}); widen it or choose another cell or law"
+        )
+    if high - low <= NO_WIDTH * high:
+        warnings.append(
+            f"{case.where('lattice.density')}: the density window [{low:.4g}, {high:.4g}] has no "
+            f"width: one lattice of that density is judged, and none is looked for; widen it to "
+            f"find the lightest"
+        )
+    return (low, high), warnings

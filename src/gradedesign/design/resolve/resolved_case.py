@@ -1,0 +1,264 @@
+"""A case as far as it is known without a law, a mesh or an analysis: in seconds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from gradedesign.common.system.progress import report_step
+from gradedesign.common.values.locate import locating
+from gradedesign.design.case.schema import Case
+from gradedesign.design.resolve.exclusion import judging_zones
+from gradedesign.design.resolve.expected_design import expected_design
+from gradedesign.design.resolve.explicit_analysis import explicit_analysis
+from gradedesign.design.resolve.fitting_part import fitting_part
+from gradedesign.design.resolve.lattice_files import LatticeFile, lattice_files, require_writable
+from gradedesign.design.resolve.linear_solver import linear_solver
+from gradedesign.design.resolve.load_balance import (
+    LoadBalance,
+    balance_warnings,
+    load_balances,
+    yielding_loads,
+)
+from gradedesign.design.resolve.open_loads import open_load_warnings
+from gradedesign.design.resolve.planned_law import PlannedLaw, planned_law
+from gradedesign.design.resolve.registry import Registry, lookup
+from gradedesign.design.resolve.resolve import (
+    cell_parameters,
+    density_bounds,
+    require_below_yield,
+    resolve_material,
+)
+from gradedesign.design.resolve.stated_directions import stated_directions
+from gradedesign.design.resolve.thin_walls import thin_wall_warnings
+from gradedesign.design.resolve.zones import ResolvedZone, ResolvedZones, resolve_zones
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.cell import Cell
+from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.geometry.lattice.cell_layout import CellLayout
+from gradedesign.geometry.lattice.design_domain import design_domain
+from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.drains import drain_warnings, drained
+from gradedesign.geometry.lattice.graded_map import require_one_thickness
+from gradedesign.geometry.lattice.part_room import (
+    inner_points,
+    size_warnings,
+)
+from gradedesign.geometry.lattice.placed_layout import placed_layout
+from gradedesign.geometry.lattice.skin_room import require_struts, skin_warnings
+from gradedesign.geometry.part.part import Part
+from gradedesign.geometry.tets.mesher import PYTETWILD, Mesher
+from gradedesign.mechanics.explicit.analysis import ExplicitAnalysis
+from gradedesign.mechanics.explicit.support_zones import SupportZone
+from gradedesign.mechanics.limits.kinds import stated_limits
+from gradedesign.mechanics.limits.limit import StatedLimit
+from gradedesign.mechanics.material.material import Material
+from gradedesign.mechanics.solver.linear_solver import LinearSolver
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ResolvedCase:
+    """Records that a case names, its part with regions, and the layout of its cells.
+
+    Attributes
+    ----------
+    case : Case
+    material : Material
+    cell : Cell
+    part : Part
+    domain : DesignDomain
+    layout : CellLayout
+    law : PlannedLaw
+        Not computed.
+    solver : LinearSolver
+    bounds : (float, float)
+        Densities that the user, the cell, the law and the printer have in common.
+    balances : tuple of LoadBalance
+    mesher : Mesher
+        Of the part.
+    surface_mesher : Mesher
+        Of the acceptance.
+    analysis : ExplicitAnalysis
+        That the case allows, in the order of preference.
+    lattice_files : tuple of LatticeFile
+        Files of the printed lattice.
+    limits : tuple of StatedLimit
+    warnings : tuple of str
+        Of reading, sizes and loads.
+    narrowed : tuple of str
+        Which window narrowed the user's.
+    support_zones : tuple of SupportZone
+        In which stress is not judged.
+    zones : ResolvedZones or None
+        Where cells or densities differ; the first of them is what stands here.
+    """
+
+    case: Case
+    material: Material
+    cell: Cell
+    part: Part
+    domain: DesignDomain
+    layout: CellLayout
+    law: PlannedLaw
+    solver: LinearSolver
+    bounds: tuple[float, float]
+    balances: tuple[LoadBalance, ...]
+    mesher: Mesher
+    surface_mesher: Mesher
+    analysis: ExplicitAnalysis
+    lattice_files: tuple[LatticeFile, ...]
+    limits: tuple[StatedLimit, ...]
+    warnings: tuple[str, ...]
+    narrowed: tuple[str, ...]
+    support_zones: tuple[SupportZone, ...]
+    zones: ResolvedZones | None = None
+
+
+def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
+    """Resolve names, read the part, find its regions, place the cells, intersect the windows.
+
+    Everything that a case can be refused for without computing a law or meshing is refused here.
+
+    Raises
+    ------
+    CaseError, PartError, DensityError, LatticeError, PluginError
+        Whatever is wrong, with file, line and key.
+    ResourceError
+        If the part's mesh or the grid of densities cannot fit the memory of the case.
+    """
+    resolved = _without_zones(with_acceptance(case), registry)
+    report_step("cells and their zones")
+    zones = resolve_zones(
+        resolved.case,
+        registry,
+        stated_zones(resolved)[0],
+        resolved.part,
+        resolved.layout,
+        resolved.domain.distance,
+        resolved.material.poissons_ratio,
+    )
+    if zones is not None:
+        resolved = replace(resolved, zones=zones, narrowed=(*resolved.narrowed, *zones.narrowed))
+    require_printable(resolved)
+    return resolved
+
+
+def require_printable(resolved: ResolvedCase) -> None:
+    """Refuse formats that cannot hold the lattice of a case which writes them.
+
+    Raises
+    ------
+    CaseError
+    """
+    case, zones = resolved.case, resolved.zones
+    if case.run.stop_after in ("solid", "sizing"):
+        return
+    followed = case.lattice.graded_size or case.lattice.orientation is not None
+    require_writable(
+        case,
+        resolved.lattice_files,
+        resolved.domain,
+        None if followed else resolved.layout.cell_map,
+        None if zones is not None and zones.mix is not None else resolved.cell.axes,
+    )
+
+
+def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
+    """The case as if it had no zones."""
+    with locating(case.where, "material.name"):
+        material = resolve_material(case.material, registry)
+    yielding = require_below_yield(case, material)
+    with locating(case.where, "lattice.cell"):
+        family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
+    parameters = cell_parameters(case, family)
+    files, solver = lattice_files(case, registry), linear_solver(case, registry)
+    mesher = _mesher(case, registry, "part.mesher", case.part.mesher or PYTETWILD.name)
+    surface_mesher = _mesher(case, registry, "run.mesher", case.run.mesher)
+    analysis = explicit_analysis(case, registry)
+    # Reading comes before what may take seconds: a damaged file is found at once.
+    case, part = fitting_part(case, registry)
+    with locating(case.where, "lattice.cell"):
+        cell = calibrate(family, parameters)
+    require_one_thickness(case, family)
+    require_struts(case, family.name, struts=cell.axes is not None)
+    report_step("distance field and cell map")
+    domain = design_domain(case, part)
+    # Read for its refusals: directions are followed once the part is meshed.
+    stated_directions(case, domain.distance)
+    layout = placed_layout(case, part, domain)
+    # The window of the cell itself is tested before a law is looked for.
+    density_bounds(case, cell, None, layout.least)
+    with locating(case.where, "lattice.law"):
+        law = planned_law(case, registry, cell, poissons_ratio=material.poissons_ratio)
+    bounds, narrowed = density_bounds(case, cell, law, layout.least)
+    drains = drained(case, part, expected_design(domain, cell, layout, bounds), layout.least)
+    domain = replace(domain, drains=drains.drains)
+    balances = load_balances(case, part, material.density)
+    return ResolvedCase(
+        case=case,
+        material=material,
+        cell=cell,
+        part=part,
+        domain=domain,
+        layout=layout,
+        law=law,
+        solver=solver,
+        bounds=bounds,
+        balances=balances,
+        mesher=mesher,
+        surface_mesher=surface_mesher,
+        analysis=analysis,
+        lattice_files=files,
+        limits=stated_limits(registry.limits, case.limits, case.load_case, material),
+        warnings=(
+            *case.warnings,
+            *yielding,
+            *_shape_warnings(case, part, domain, layout),
+            *drain_warnings(case, drains),
+            *balance_warnings(balances),
+            *yielding_loads(case, part, balances, material),
+            *open_load_warnings(case, part, domain, layout.typical),
+        ),
+        narrowed=tuple(narrowed),
+        support_zones=judging_zones(case, part, material, inner_points(domain), layout),
+    )
+
+
+def _shape_warnings(
+    case: Case, part: Part, domain: DesignDomain, layout: CellLayout
+) -> tuple[str, ...]:
+    """Warnings on the part as read, its size and walls, and its skins."""
+    return (
+        *part.report.warnings,
+        *size_warnings(case, part),
+        *thin_wall_warnings(case, part, domain, layout),
+        *skin_warnings(case, part, domain),
+    )
+
+
+def with_acceptance(case: Case) -> Case:
+    """The case with its acceptance: of the plain method whole, unless it is stated."""
+    if not case.lattice.by_stress or "acceptance" in case.run.model_fields_set:
+        return case
+    return case.model_copy(update={"run": case.run.model_copy(update={"acceptance": "whole"})})
+
+
+def _mesher(case: Case, registry: Registry, key: str, name: str) -> Mesher:
+    """The mesher that a key names."""
+    with locating(case.where, key):
+        mesher: Mesher = lookup(registry, "meshers", name)
+    return mesher
+
+
+def stated_zones(resolved: ResolvedCase) -> tuple[ResolvedZone, ...]:
+    """Every zone, the first the lattice outside all others; only that one without zones."""
+    if resolved.zones is not None:
+        return resolved.zones.zones
+    return (
+        ResolvedZone(
+            name="lattice",
+            case=resolved.case,
+            cell=resolved.cell,
+            law=resolved.law,
+            bounds=resolved.bounds,
+        ),
+    )

@@ -1,0 +1,169 @@
+"""Size effects in sizing: the walls of few cells that are computed, and why others are not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.common.system.progress import Event, Listener, ignore, report_step
+from gradedesign.design.case.schema import Case
+from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.thin_walls import median_thickness
+from gradedesign.design.resolve.zones import zone_case
+from gradedesign.errors import ResourceError
+from gradedesign.geometry.cell.cell import Cell
+from gradedesign.geometry.lattice.cell_layout import CellLayout
+from gradedesign.geometry.part.part import Part
+from gradedesign.mechanics.limits.cell_buckling import KIND as BUCKLING
+from gradedesign.mechanics.sizing.cut_cells import cut_share, share_between_faces
+from gradedesign.mechanics.sizing.density_beside_passive import density_beside_passive
+from gradedesign.mechanics.sizing.wall_cells import (
+    RESOLUTIONS,
+    wall_factors,
+    wall_material,
+    wall_resolution,
+)
+
+#: Walls are modelled, or a warning is given, where half of the lattice has fewer cells than this
+#: across. Thicker parts are predicted better as a periodic lattice.
+FEW_CELLS = 3.0
+
+
+def why_periodic(
+    case: Case, law_kind: str, cell: Cell, low: float, part: Part, layout: CellLayout
+) -> str:
+    """Reason why sizing takes the lattice for a periodic one everywhere; empty where it need not.
+
+    Parameters
+    ----------
+    case : Case
+    law_kind : str
+        Of the `ScalingLaw`.
+    cell : Cell
+    low : float
+        Least relative density that sizing may choose.
+    part : Part
+    layout : CellLayout
+    """
+    lattice = case.lattice
+    heated = [load.name for load in case.load_case if load.temperature_change]
+    if not lattice.size_effects:
+        return "the case switches size effects off"
+    if lattice.skin:
+        return "a skin ties the cells at the faces, and only free faces are computed"
+    own = [zone_case(case, k).lattice for k in range(len(case.zone))]
+    if any((o.cell, o.parameters) != (lattice.cell, lattice.parameters) for o in own):
+        return "cells differ from zone to zone, and only walls of one cell are computed"
+    if not _straight(case):
+        return "only cubic cells of one size in a straight grid are computed"
+    if heated:
+        return f"thermal forces in walls of few cells are not computed (load case '{heated[0]}')"
+    if law_kind != "computed":
+        return "its law was not computed on the periodic cell, to which walls are compared"
+    if wall_resolution(cell, low) is None:
+        return (
+            f"walls of cell '{cell.name}' at density {low:.3g} are too thin for "
+            f"{RESOLUTIONS[-1]} voxels along a cell"
+        )
+    across = median_thickness(case, part, layout) / layout.least
+    if across >= FEW_CELLS:
+        return f"half of the lattice has {across:.2g} cells across or more"
+    return ""
+
+
+def _straight(case: Case) -> bool:
+    """Whether the cells are cubic, of one size and in a straight grid."""
+    lattice = case.lattice
+    curved = lattice.cell_map is not None or lattice.warp or lattice.orientation
+    return not curved and len(lattice.size) == 1
+
+
+def periodic_warnings(case: Case, part: Part, layout: CellLayout, reason: str) -> tuple[str, ...]:
+    """Warning on walls of few cells that sizing takes for a periodic lattice.
+
+    Nothing where the case switches it off, where half of the lattice has `FEW_CELLS` cells across,
+    or less than one, which `thin_wall_warnings` tells.
+    """
+    median = median_thickness(case, part, layout)
+    if median < layout.least or median >= FEW_CELLS * layout.least:
+        return ()
+    if not reason or not case.lattice.size_effects:
+        return ()
+    return (
+        f"half of the lattice lies where the part is no thicker than {median:.3g} mm, "
+        f"{median / layout.least:.2g} times its cells, but sizing takes it for a periodic lattice, "
+        f"since {reason}: the first prediction may be far off, and explicit analyses correct it",
+    )
+
+
+def with_size_effects(setup: Setup, on_event: Listener = ignore) -> Setup:
+    """Setup with size effects in its model, and warnings where they are left out.
+
+    Cells that free faces cut buckle earlier, whether or not their walls are computed.
+
+    Beside walls, cells are as full as passive regions leave them: a sleeve in the void of a cell
+    leaves its struts whole, in less room.
+
+    Parameters
+    ----------
+    setup : Setup
+        With its cells laid out for good.
+    on_event : callable, optional
+        Receives the warnings, and the walls that are not in the user's cache.
+    """
+    problem, cells, model = setup.problem, setup.cells, setup.model
+    domain, cell_map = problem.domain, cells.layout.cell_map
+    reason = why_periodic(
+        problem.case, cells.law.kind, cells.cell, cells.bounds[0], problem.part, cells.layout
+    )
+    warnings = periodic_warnings(problem.case, problem.part, cells.layout, reason)
+    if not reason:
+        report_step("walls of few cells")
+        mesh = model.space.mesh
+        walls, warnings = wall_factors(
+            cell_map,
+            problem.part,
+            domain,
+            mesh,
+            model.solid_fraction < 1,
+            wall_material(cells.cell, cells.bounds, model.material.poissons_ratio),
+            lambda wall: on_event(
+                Event(stage="walls", message=f"computing {wall}; later runs find it in the cache")
+            ),
+        )
+        if walls.classes:
+            model = replace(model, walls=walls)
+            try:
+                if domain.passive:
+                    effective = density_beside_passive(
+                        cell_map, mesh, cells.cell, cells.bounds, domain
+                    )
+                    model = replace(model, effective=effective)
+            except ResourceError as error:
+                warnings = (*warnings, str(error))
+    if _faces_cut_cells(setup):
+        model = replace(model, cut_share=_cut_share(setup))
+    for warning in warnings:
+        on_event(Event(stage="warning", message=warning))
+    return replace(setup, model=model, warnings=(*setup.warnings, *warnings))
+
+
+def _faces_cut_cells(setup: Setup) -> bool:
+    """Whether buckling is judged and faces of the part are free."""
+    lattice = setup.problem.case.lattice
+    judged = any(limit.key.kind == BUCKLING.name for limit in setup.problem.limits)
+    # A skin ties the cells at the faces.
+    return judged and lattice.size_effects and not lattice.skin
+
+
+def _cut_share(setup: Setup) -> FloatArray:
+    """Share of the critical stress that cut cells keep, ``(M,)``."""
+    problem, layout, model = setup.problem, setup.cells.layout, setup.model
+    lattice = model.solid_fraction < 1
+    if _straight(problem.case):
+        return cut_share(layout.cell_map, problem.part, problem.domain, model.space.mesh, lattice)
+    # Faces of walls are not found along curved or graded cells: all count as one wall.
+    across = median_thickness(problem.case, problem.part, layout) / max(problem.case.lattice.size)
+    return np.full(lattice.size, share_between_faces(np.asarray(across)))

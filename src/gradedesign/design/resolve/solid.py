@@ -1,0 +1,174 @@
+"""Analysis of the fully solid part, which must hold every limit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.design.case.schema import Case
+from gradedesign.design.resolve.problem import Problem, unjudged_share
+from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.solid_part import dense_stiffness, solid_solutions
+from gradedesign.design.resolve.solid_stress import (
+    SolidStress,
+    solid_field,
+    solid_shares,
+    solid_stress,
+)
+from gradedesign.errors import CaseError
+from gradedesign.geometry.tets.tet_mesh import signed_volumes
+from gradedesign.mechanics.explicit.support_zones import undisturbed_at
+from gradedesign.mechanics.explicit.yielding import Yielding, yielding, yielding_words
+from gradedesign.mechanics.fe.load_case import (
+    mechanical_force,
+    region_nodes,
+    region_shares,
+    work_of,
+)
+from gradedesign.mechanics.fe.solution import Solution
+from gradedesign.mechanics.fe.stiffness import IsotropicStiffness
+from gradedesign.mechanics.fe.stress import von_mises
+from gradedesign.mechanics.limits.limit import Limit, limits_stress
+from gradedesign.mechanics.limits.verdict import limit_rows
+
+
+def solve_solid(problem: Problem) -> tuple[Solution, ...]:
+    """Displacements of the fully solid part in every load case."""
+    return solid_solutions(problem.space, problem.loads, problem.material, problem.solver)
+
+
+def solid_stiffness(problem: Problem) -> IsotropicStiffness:
+    """The base material in every tetrahedron."""
+    return dense_stiffness(problem.space, problem.material)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SolidAnalysis:
+    """Analysis of the fully solid part, as limits read it.
+
+    Attributes
+    ----------
+    displacement : dict of load case to (3, N) array, mm
+    nodes : dict of region to (k,) int array
+    shares : dict of region to (k,) array
+        Share of the region's area that each node stands for.
+    measures : dict of load case to tuple of SolidStress
+    work : dict of load case to float, N mm
+    judged_share : float
+        Share of the part's volume whose stress is judged.
+    yields : Yielding or None
+        Stress above the yield strength that no support disturbs.
+    """
+
+    displacement: dict[str, FloatArray]
+    nodes: dict[str, IntArray]
+    shares: dict[str, FloatArray]
+    measures: dict[str, tuple[SolidStress, ...]]
+    work: dict[str, float]
+    judged_share: float
+    yields: Yielding | None
+
+    def region_displacement(self, region: str, load_case: str) -> FloatArray:
+        """Displacements of the nodes of a region, ``(3, k)``, mm."""
+        return self.displacement[load_case][:, self.nodes[region]]
+
+    def mean_displacement(self, region: str, load_case: str) -> FloatArray:
+        """Mean displacement over the area of a region, ``(3,)``, mm."""
+        mean: FloatArray = self.region_displacement(region, load_case) @ self.shares[region]
+        return mean
+
+    def mean_length(self, region: str, load_case: str) -> float:
+        """Mean length of the displacement over the area of a region, mm."""
+        lengths = np.linalg.norm(self.region_displacement(region, load_case), axis=0)
+        return float(lengths @ self.shares[region])
+
+    def largest_displacement(self, load_case: str) -> float:
+        """Largest displacement of any node, mm."""
+        return float(np.linalg.norm(self.displacement[load_case], axis=0).max())
+
+
+def solid_analysis(problem: Problem, solutions: tuple[Solution, ...]) -> SolidAnalysis:
+    """Measures of the fully solid part."""
+    measures: dict[str, tuple[SolidStress, ...]] = {}
+    stresses: dict[str, FloatArray] = {}
+    judged = None
+    if any(limit.needs_stress for limit in problem.limits):
+        judged = solid_shares(problem)
+    for case, solution in zip(problem.loads, solutions, strict=True):
+        field = solid_field(problem, case, solution)
+        stresses[case.name] = von_mises(field.nodal)
+        stress = None if judged is None else solid_stress(problem, field, judged)
+        if stress is not None:
+            measures[case.name] = (stress,)
+    volumes = signed_volumes(problem.space.mesh)
+    density = np.full(problem.space.element_count, problem.material.density)
+    forces = [mechanical_force(problem.space, case, density) for case in problem.loads]
+    return SolidAnalysis(
+        displacement={s.name: s.displacement for s in solutions},
+        nodes={name: region_nodes(problem.space, on) for name, on in problem.facets.items()},
+        shares={name: region_shares(problem.space, on) for name, on in problem.facets.items()},
+        measures=measures,
+        work=work_of(forces, solutions),
+        judged_share=1.0 - unjudged_share(problem),
+        yields=solid_yielding(problem, stresses, volumes),
+    )
+
+
+def solid_yielding(
+    problem: Problem, stresses: Mapping[str, FloatArray], volumes: FloatArray
+) -> Yielding | None:
+    """Stress of the solid part above the yield strength that no support disturbs.
+
+    ``stresses`` ``(N,)`` MPa are von Mises stresses at the nodes, each of which stands for a tenth
+    of the ``volumes`` ``(M,)`` mm^3 of its elements.
+    """
+    space = problem.space
+    shares = np.tile(volumes / 10.0, 10)
+    at_nodes = np.zeros(space.node_count)
+    np.add.at(at_nodes, space.elements.ravel(), shares)
+    return yielding(
+        space.nodes,
+        at_nodes,
+        {name: stress[:, None] for name, stress in stresses.items()},
+        undisturbed_at(space.nodes, problem.support_zones),
+        problem.material.yield_strength,
+    )
+
+
+def with_solid(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
+    """Setup with the analysis of the solid part, and with limits relative to it resolved.
+
+    Raises
+    ------
+    CaseError
+        If a limit is relative to a value that is nothing in the solid part.
+    """
+    problem = setup.problem
+    analysis = solid_analysis(problem, solutions)
+    limits = tuple(_resolved(problem.case, limit, analysis) for limit in problem.limits)
+    return replace(
+        setup,
+        problem=replace(problem, limits=limits),
+        solid=limit_rows(limits, analysis, "solid part"),
+        solutions=solutions,
+        solid_yields=yielding_words(
+            analysis.yields, "the fully solid part", limited=limits_stress(limits)
+        ),
+    )
+
+
+def _resolved(case: Case, limit: Limit, analysis: SolidAnalysis) -> Limit:
+    """Allowed value of a limit in its unit; multiples are taken of the solid part's value."""
+    if limit.times_solid is None:
+        return limit
+    value = limit.rows(analysis, "solid part")[0].value
+    if value <= limit.rest(analysis):
+        raise CaseError(
+            f"{case.where(limit.case_key)}: found {limit.stated}, but {limit.name} of the "
+            f"solid part is {value:.3g} {limit.unit} in load case '{limit.key.load_case}'; "
+            f"expected more: state a value in {limit.unit}, or name the load_case it is meant for"
+        )
+    return replace(limit, allowed=limit.times_solid * value)

@@ -1,0 +1,40 @@
+"""Solutions of the fully solid part."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gradedesign.mechanics.fe.load_case import PartLoadCase, load_vector
+from gradedesign.mechanics.fe.scikit_fem import assemble_scikit_fem
+from gradedesign.mechanics.fe.solution import Solution
+from gradedesign.mechanics.fe.solve import solve_elastic
+from gradedesign.mechanics.fe.space import TetSpace
+from gradedesign.mechanics.fe.stiffness import IsotropicStiffness
+from gradedesign.mechanics.material.material import Material
+from gradedesign.mechanics.solver.linear_solver import LinearSolver
+
+
+def dense_stiffness(space: TetSpace, material: Material) -> IsotropicStiffness:
+    """The base material in every tetrahedron."""
+    return IsotropicStiffness(
+        E=np.full(space.element_count, material.youngs_modulus), nu=material.poissons_ratio
+    )
+
+
+def solid_solutions(
+    space: TetSpace, loads: Sequence[PartLoadCase], material: Material, solver: LinearSolver
+) -> tuple[Solution, ...]:
+    """Displacements of the fully solid part in every load case.
+
+    The stiffness is scikit-fem's, whatever solves its system.
+    """
+    stiffness = dense_stiffness(space, material)
+    density = np.full(space.element_count, material.density)
+    vectors = [
+        load_vector(space, case, stiffness, density, material.thermal_expansion) for case in loads
+    ]
+    by_scikit_fem = replace(solver, assemble=assemble_scikit_fem)
+    return solve_elastic(space, stiffness, vectors, solver=by_scikit_fem)

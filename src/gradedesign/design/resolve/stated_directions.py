@@ -1,0 +1,64 @@
+"""Directions for the axes of cells that a case states by a formula or a file."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.common.values.formula import parse_formula
+from gradedesign.common.values.locate import locating
+from gradedesign.design.case.generate_schema import GenerateCase
+from gradedesign.design.case.schema import Case
+from gradedesign.geometry.formats.vtu_fields import read_vtu_tensor
+from gradedesign.geometry.lattice.formula_density import formula_field
+from gradedesign.geometry.tets.point_location import build_locator, locate
+
+
+def stated_directions(case: Case | GenerateCase, distance: Field) -> Field | None:
+    """Tensors whose principal directions a case states, without any analysis.
+
+    Parameters
+    ----------
+    case : Case or GenerateCase
+    distance : callable
+        Signed distance of the part.
+
+    Returns
+    -------
+    callable or None
+        Points ``(3, ...)`` mm to tensors ``(3, 3, ...)``; None where the case states none, or
+        those of an analysis.
+
+    Raises
+    ------
+    CaseError
+        If a file cannot be used.
+    """
+    spec = case.lattice.orientation
+    if spec is None:
+        return None
+    if spec.direction is not None:
+        parts = [formula_field(parse_formula(text), distance) for text in spec.direction]
+
+        def along(points: FloatArray) -> FloatArray:
+            v = np.stack([np.broadcast_to(part(points), points.shape[1:]) for part in parts])
+            size = np.maximum(np.sqrt((v**2).sum(axis=0)), 1e-300)
+            return np.asarray(v[:, None] * v[None] / size)
+
+        return along
+    if spec.vtu is None:
+        return None
+    with locating(case.where, "lattice.orientation.vtu"):
+        mesh, values, at = read_vtu_tensor(spec.vtu, spec.field, memory_limit_bytes=case.run.memory)
+    locator = build_locator(mesh)
+
+    def read(points: FloatArray) -> FloatArray:
+        flat = np.asarray(points, dtype=np.float64).reshape(3, -1)
+        tets, weights, _ = locate(mesh, flat, locator=locator)
+        if at == "elements":
+            tensor = values[tets]
+        else:
+            tensor = np.einsum("cn,cnij->nij", weights, values[mesh.tets[:, tets]])
+        return np.moveaxis(tensor, 0, -1).reshape(3, 3, *points.shape[1:])
+
+    return read

@@ -1,0 +1,145 @@
+"""Skins whose thickness follows the stress of the fully solid part."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.common.system.progress import Event, Listener, ignore, report_step
+from gradedesign.design.resolve.expected_design import expected_design
+from gradedesign.design.resolve.part_tets import held_loads, part_facets, used_regions
+from gradedesign.design.resolve.resolved_case import ResolvedCase
+from gradedesign.design.resolve.solid_part import dense_stiffness, solid_solutions
+from gradedesign.errors import CaseError
+from gradedesign.geometry.lattice.density_grid import density_grid_from_elements, evaluate
+from gradedesign.geometry.lattice.design_domain import design_domain
+from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.drains import drained
+from gradedesign.geometry.lattice.placed_layout import placed_layout
+from gradedesign.geometry.lattice.skin import skin_thickness
+from gradedesign.geometry.lattice.skin_room import face_places, skin_warnings
+from gradedesign.geometry.lattice.skin_schema import SkinSpec
+from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_facets, centroids, signed_volumes
+from gradedesign.mechanics.explicit.support_zones import evaluated_at
+from gradedesign.mechanics.fe.space import TetSpace
+from gradedesign.mechanics.fe.stress import element_von_mises, weighted_percentile
+
+#: Stress over Young's modulus below which it is the rounding of a part that nothing strains.
+NO_STRAIN = 1e-10
+
+
+def with_stressed_skins(
+    resolved: ResolvedCase, space: TetSpace, on_event: Listener = ignore
+) -> ResolvedCase:
+    """The case with skins whose thickness follows the stress of the solid part.
+
+    Parameters
+    ----------
+    resolved : ResolvedCase
+    space : TetSpace
+        Of the part.
+    on_event : callable, optional
+        Hears of the thickness.
+
+    Raises
+    ------
+    CaseError
+        If the solid part carries no stress.
+    """
+    case, part = resolved.case, resolved.part
+    if not any(spec.follows for spec in case.lattice.skin):
+        return resolved
+    report_step("stress that skins follow")
+    share, reference = stress_share(resolved, space)
+    domain = design_domain(case, part, share)
+    closed = [spec for spec in case.lattice.skin if not spec.net]
+    for spec, skin in zip(closed, domain.skins, strict=True):
+        if spec.follows:
+            thickness = skin_thickness(skin, face_places(part, spec.faces)[0])
+            on_event(Event(stage="skin", message=_skin_line(spec, thickness, reference)))
+    return _with_domain(resolved, domain)
+
+
+def _with_domain(resolved: ResolvedCase, domain: DesignDomain) -> ResolvedCase:
+    """The case with another design domain of the same part: its cells and drain holes anew.
+
+    Raises
+    ------
+    CaseError, LatticeError
+        If skin and solid regions leave no lattice, or the map of the cells cannot be used.
+    """
+    case, part = resolved.case, resolved.part
+    layout = placed_layout(case, part, domain)
+    drains = drained(
+        case, part, expected_design(domain, resolved.cell, layout, resolved.bounds), layout.least
+    )
+    outdated = set(skin_warnings(case, part, resolved.domain))
+    return replace(
+        resolved,
+        domain=replace(domain, drains=drains.drains),
+        layout=layout,
+        warnings=(
+            *(warning for warning in resolved.warnings if warning not in outdated),
+            *skin_warnings(case, part, domain),
+        ),
+    )
+
+
+def stress_share(resolved: ResolvedCase, space: TetSpace) -> tuple[Field, float]:
+    """Von Mises stress of the solid part over its percentile, at most 1, and that percentile, MPa.
+
+    That of tetrahedra at the surface, in their worst load case, as a continuous field of points
+    ``(3, ...)`` mm that hardly changes with depth. The percentile is that of the limits of stress,
+    outside their exclusion zones.
+    """
+    case, mesh = resolved.case, space.mesh
+    stress = _solid_stress(resolved, space)
+    volumes = signed_volumes(mesh)
+    judged = evaluated_at(centroids(mesh), resolved.support_zones)
+    if not judged.any():
+        judged = np.ones_like(judged)
+    reference = weighted_percentile(stress[judged], volumes[judged], case.limits.percentile)
+    if not reference > NO_STRAIN * resolved.material.youngs_modulus:
+        raise CaseError(
+            f"{case.where('lattice.skin')}: the solid part carries no stress that a skin could "
+            f"follow; expected a load that strains it, or a thickness without follows"
+        )
+    # The surface above a skin sets its thickness: inside, the stress of bending falls.
+    outer = np.unique(boundary_facets(mesh)[1])
+    grid = density_grid_from_elements(
+        TetMesh(points=mesh.points, tets=mesh.tets[:, outer]),
+        np.minimum(stress[outer] / reference, 1.0),
+        spacing=0.5 * case.part.element_size,
+        margin=case.part.element_size,
+        memory_limit_bytes=case.run.memory,
+    )
+    return partial(evaluate, grid), reference
+
+
+def _solid_stress(resolved: ResolvedCase, space: TetSpace) -> FloatArray:
+    """Mean von Mises stress of every tetrahedron in its worst load case, ``(M,)``, MPa."""
+    case, material = resolved.case, resolved.material
+    facets = part_facets(case, resolved.part, space.mesh, used_regions(case, resolved.limits))
+    loads = held_loads(case, space, resolved.part, facets)
+    stiffness = dense_stiffness(space, material)
+    worst = np.zeros(space.element_count)
+    solutions = solid_solutions(space, loads, material, resolved.solver)
+    for load, solution in zip(loads, solutions, strict=True):
+        warming = material.thermal_expansion * load.temperature_change
+        stress = element_von_mises(space, stiffness, solution.displacement, thermal_strain=warming)
+        worst = np.maximum(worst, stress.mean(axis=1))
+    return worst
+
+
+def _skin_line(spec: SkinSpec, thickness: FloatArray, reference: float) -> str:
+    """One line about a skin."""
+    least, most = spec.thickness
+    where = f"below {', '.join(spec.faces)} " if spec.faces else ""
+    return (
+        f"{where}as the stress of the solid part: {least:g} mm where there is none to "
+        f"{most:g} mm from {reference:.3g} MPa on; {thickness.min():.3g} to {thickness.max():.3g} "
+        f"mm, {thickness.mean():.3g} mm on average"
+    )

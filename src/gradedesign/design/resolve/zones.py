@@ -1,0 +1,270 @@
+"""The zones of a case: their cells, laws and densities, and the transitions between them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.common.values.locate import locating
+from gradedesign.design.case.schema import Case
+from gradedesign.design.resolve.planned_law import PlannedLaw, planned_law
+from gradedesign.design.resolve.registry import Registry, lookup
+from gradedesign.design.resolve.resolve import cell_parameters, density_bounds
+from gradedesign.errors import CaseError, LatticeError
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.cell import Cell
+from gradedesign.geometry.cell.cell_mix import CellMix, largest_two
+from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.geometry.cell.neck import joining_shift, measure_neck
+from gradedesign.geometry.cell.transition import CellTransition, cell_transition
+from gradedesign.geometry.lattice.cell_layout import CellLayout
+from gradedesign.geometry.lattice.zone_weights import (
+    require_zones_used,
+    zone_names,
+    zone_weights,
+    zone_widths,
+)
+from gradedesign.geometry.part.part import Part
+from gradedesign.mechanics.material.scaling_law import has_strength
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ResolvedZone:
+    """One zone of a case: its cell, law and densities.
+
+    Attributes
+    ----------
+    name : str
+    case : Case
+        The case with what the zone states in place of what ``[lattice]`` does.
+    cell : Cell
+    law : PlannedLaw
+    bounds : (float, float)
+    """
+
+    name: str
+    case: Case
+    cell: Cell
+    law: PlannedLaw
+    bounds: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ResolvedZones:
+    """The zones of a case, their weights, and how their cells join.
+
+    Attributes
+    ----------
+    zones : tuple of ResolvedZone
+        The first is what lies in no other.
+    weights : callable
+        Points ``(3, ...)`` mm to ``(Z, ...)``.
+    volume_share : tuple of float
+        Of every zone in the lattice.
+    cells : tuple of Cell
+        Different ones.
+    mix : CellMix or None
+        None where all zones have one cell.
+    narrowed : tuple of str
+        Which windows narrowed the user's.
+    """
+
+    zones: tuple[ResolvedZone, ...]
+    weights: Field
+    volume_share: tuple[float, ...]
+    cells: tuple[Cell, ...]
+    mix: CellMix | None
+    narrowed: tuple[str, ...]
+
+    def number_of(self, zone: ResolvedZone) -> int:
+        """Number of a zone's cell."""
+        return next(n for n, cell in enumerate(self.cells) if cell is zone.cell)
+
+
+def zone_case(case: Case, number: int) -> Case:
+    """The case with the keys of one zone in place of those of ``[lattice]``."""
+    zone, lattice = case.zone[number], case.lattice
+    same = zone.cell in (None, lattice.cell)
+    parameters = zone.parameters
+    if parameters is None:
+        parameters = lattice.parameters if same else {}
+    changed = not same or parameters != lattice.parameters
+    stated = {
+        "cell": lattice.cell if zone.cell is None else zone.cell,
+        "parameters": parameters,
+        "law": zone.law or ("auto" if changed else lattice.law),
+        "density": lattice.density if zone.density is None else zone.density,
+    }
+    written = {
+        f"lattice.{key}": f"zone[{number}].{key}"
+        for key in stated
+        if f"zone[{number}].{key}" in case.lines
+    }
+    return case.model_copy(
+        update={
+            "lattice": lattice.model_copy(update=stated),
+            "zone": (),
+            "aliases": written,
+        }
+    )
+
+
+def resolve_zones(
+    case: Case,
+    registry: Registry,
+    first: ResolvedZone,
+    part: Part,
+    layout: CellLayout,
+    distance: Field,
+    poissons_ratio: float,
+) -> ResolvedZones | None:
+    """Zones of a case; None where it has none.
+
+    Parameters
+    ----------
+    case : Case
+    registry : Registry
+    first : ResolvedZone
+        The lattice outside every zone.
+    part : Part
+    layout : CellLayout
+    distance : callable
+        Signed distance of the part.
+    poissons_ratio : float
+        Of the base material.
+
+    Raises
+    ------
+    CaseError, DensityError, LatticeError, PluginError
+        As for the cells of ``[lattice]``; if a zone is empty, three of them mix somewhere, or two
+        cells do not join.
+    """
+    if not case.zone:
+        return None
+    names, weights = zone_names(case), zone_weights(case, part, distance)
+    at_points = weights(layout.points)
+    require_zones_used(case, names, at_points)
+    zones, narrowed = [first], []
+    for k, name in enumerate(names[1:]):
+        with locating(case.where, f"zone[{k}]"):
+            zone, remarks = _resolved_zone(
+                zone_case(case, k), name, registry, layout.least, poissons_ratio
+            )
+        zones.append(zone)
+        narrowed += [f"zone {name!r}: {remark}" for remark in remarks]
+    cells = tuple(dict.fromkeys(zone.cell for zone in zones))
+    _require_one_law(case, zones)
+    mix = None
+    if len(cells) > 1:
+        _require_strengths(zones)
+        number = [cells.index(zone.cell) for zone in zones]
+        with locating(case.where, "zone"):
+            mix = _joined(case, zones, cells, number, at_points)
+    return ResolvedZones(
+        zones=tuple(zones),
+        weights=weights,
+        volume_share=tuple(float(w) for w in at_points.mean(axis=1)),
+        cells=cells,
+        mix=mix,
+        narrowed=tuple(narrowed),
+    )
+
+
+def _resolved_zone(
+    case: Case, name: str, registry: Registry, least: float, poissons_ratio: float
+) -> tuple[ResolvedZone, list[str]]:
+    """Cell, planned law and densities of a zone's own case."""
+    with locating(case.where, "lattice.cell"):
+        family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
+        cell = calibrate(family, cell_parameters(case, family))
+    density_bounds(case, cell, None, least)
+    with locating(case.where, "lattice.law"):
+        law = planned_law(case, registry, cell, poissons_ratio=poissons_ratio)
+    bounds, narrowed = density_bounds(case, cell, law, least)
+    return ResolvedZone(name=name, case=case, cell=cell, law=law, bounds=bounds), narrowed
+
+
+def _require_one_law(case: Case, zones: Sequence[ResolvedZone]) -> None:
+    """Refuse two laws of one cell."""
+    for first, second in pairwise(sorted(zones, key=lambda zone: id(zone.cell))):
+        if first.cell is second.cell and first.law.name != second.law.name:
+            raise CaseError(
+                f"{case.where('zone')}: zones {first.name!r} and {second.name!r} have the same "
+                f"cell, but the laws '{first.law.name}' and '{second.law.name}'; name one law for "
+                f"both"
+            )
+
+
+def _require_strengths(zones: Sequence[ResolvedZone]) -> None:
+    """Refuse laws of stiffness alone beside other cells: mixes are compared with both in both."""
+    for zone in zones:
+        law = zone.law.known
+        if law is not None and not has_strength(law):
+            raise CaseError(
+                f"{zone.case.where('lattice.law')}: law '{law.name}' has no strength, which cells "
+                f"that pass into others need; take a law with strength"
+            )
+
+
+def meeting_cells(weights: FloatArray) -> list[tuple[int, int]]:
+    """Pairs of cells, the lower number first, that mix anywhere; weights are ``(n, m)``."""
+    first, second, share = largest_two(weights)
+    at = (share > 0) & (share < 1)
+    return sorted({*zip(first[at].tolist(), second[at].tolist(), strict=True)})
+
+
+def _joined(
+    case: Case,
+    zones: Sequence[ResolvedZone],
+    cells: tuple[Cell, ...],
+    number: Sequence[int],
+    weights: FloatArray,
+) -> CellMix:
+    """Transitions of the cells that meet, moved so that they join.
+
+    Raises
+    ------
+    LatticeError
+        If a transition falls apart.
+    """
+    by_cell = np.zeros((len(cells), weights.shape[1]))
+    for n, weight in zip(number, weights, strict=True):
+        by_cell[n] += weight
+    length = min(zone_widths(case)) / case.lattice.cell_size
+    shifts: dict[int, tuple[float, float, float]] = {0: (0.0, 0.0, 0.0)}
+    transitions: dict[tuple[int, int], CellTransition] = {}
+    for i, j in meeting_cells(by_cell):
+        first, second = cells[i], cells[j]
+        low = max(first.window[0], second.window[0])
+        least = max(
+            low, min(z.bounds[0] for z, n in zip(zones, number, strict=True) if n in (i, j))
+        )
+        start = shifts.setdefault(i, (0.0, 0.0, 0.0))
+        if j not in shifts:
+            moved = joining_shift(first, second, least, length=length)
+            shifts[j] = _plus(start, moved, 1.0)
+        apart = _plus(shifts[j], start, -1.0)
+        transitions[i, j] = cell_transition(first, second, shift=apart)
+        neck = measure_neck(transitions[i, j], least, length=length, resolution=24)
+        if neck.components > 1 or neck.width == 0:
+            raise LatticeError(
+                f"a transition of {length:.3g} cells from '{first.name}' to '{second.name}' at "
+                f"density {least:.3g} falls apart; use a higher density, a longer transition, "
+                f"other cells, or zones that do not touch"
+            )
+    return CellMix(
+        cells=cells,
+        shifts=tuple(shifts.get(n, (0.0, 0.0, 0.0)) for n in range(len(cells))),
+        transitions=transitions,
+    )
+
+
+def _plus(
+    a: tuple[float, float, float], b: tuple[float, float, float], sign: float
+) -> tuple[float, float, float]:
+    x, y, z = (p + sign * q for p, q in zip(a, b, strict=True))
+    return x, y, z

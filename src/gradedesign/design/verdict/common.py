@@ -1,0 +1,115 @@
+"""Entries that every result of a run has: law, cells, masses of the solid part, versions."""
+
+from __future__ import annotations
+
+import platform
+from importlib import metadata
+from typing import Any
+
+from gradedesign.design.resolve.load_balance import load_balances, load_case_data
+from gradedesign.design.resolve.problem import Problem, part_volume
+from gradedesign.design.resolve.registry import Registry
+from gradedesign.design.resolve.resolve_law import buckling_basis, stress_basis
+from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.size_effects import why_periodic
+from gradedesign.design.resolve.symmetry import symmetry_data, symmetry_planes
+from gradedesign.design.verdict.provenance import material_data
+from gradedesign.design.verdict.zones import zone_data
+from gradedesign.geometry.part.file_body import file_body_data
+from gradedesign.mechanics.limits.verdict import unsure_words
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
+
+#: Libraries whose versions the report names.
+LIBRARIES = ("numpy", "scipy", "scikit-fem", "pyamg", "numba", "pytetwild", "vtk", "meshio")
+
+
+def latticed_mass(model: HomogenisedModel) -> float:
+    """Mass of the lattice's region if it were solid, g."""
+    return float(model.lattice_volumes.sum()) * model.material.density * 1e6
+
+
+def solid_mass(problem: Problem) -> float:
+    """Mass of the fully solid part, g."""
+    return part_volume(problem) * problem.material.density * 1e6
+
+
+def common_entries(setup: Setup, registry: Registry) -> dict[str, Any]:
+    """Entries of a `RunResult` that follow from the case alone."""
+    problem, cells = setup.problem, setup.cells
+    law = cells.law
+    return {
+        "solid_mass_g": solid_mass(problem),
+        "solid": setup.solid,
+        "repairs": problem.part.report.changes,
+        "file_bodies": file_body_data(problem.part.file_bodies),
+        "symmetry": symmetry_data(symmetry_planes(problem.case, problem.part), solid_mass(problem)),
+        "yields": setup.solid_yields,
+        "warnings": (
+            *setup.solid_yields,
+            *unsure_words(setup.solid),
+            *setup.warnings,
+            *registry.notes,
+        ),
+        "plugins": tuple(str(p) for p in registry.plugins),
+        "versions": library_versions(),
+        "case_hash": problem.case.case_hash,
+        "case_name": problem.case.name,
+        "load_cases": load_case_data(
+            problem.case, load_balances(problem.case, problem.part, problem.material.density)
+        ),
+        "material": material_data(problem.material),
+        "budget": {
+            "time_s": problem.case.run.time,
+            "max_iterations": problem.case.run.max_iterations,
+        },
+        "law": {
+            "name": law.name,
+            "source": law.source,
+            "test": law.test,
+            "kind": law.kind,
+            "local_stress": stress_basis(law),
+            "buckling": buckling_basis(law),
+            **{name: value for limit in problem.limits for name, value in limit.basis().items()},
+            "size_effects": size_effects_data(setup),
+            "window": list(law.window),
+            "coefficients": {name: value for name, value in law.coefficients},
+            "method": problem.case.lattice.method,
+            "cell": cells.cell.name,
+            "cell_source": cells.cell.family.source,
+            "cell_window": list(cells.cell.window),
+            "density_bounds": list(cells.bounds),
+            **zone_data(setup),
+        },
+    }
+
+
+def size_effects_data(setup: Setup) -> dict[str, Any]:
+    """Plain data on size effects: the share of the lattice that has them, or why none has."""
+    walls = setup.model.walls
+    if walls is None:
+        problem, cells = setup.problem, setup.cells
+        reason = why_periodic(
+            problem.case, cells.law.kind, cells.cell, cells.bounds[0], problem.part, cells.layout
+        )
+        return {"mode": "periodic", **({"reason": reason} if reason else {})}
+    weight = setup.model.volumes * (setup.model.solid_fraction < 1)
+    return {
+        "mode": "walls",
+        "wall_kinds": len(walls.classes),
+        "share_of_lattice_in_walls_across": {
+            axis: round(float(weight @ (kind >= 0) / weight.sum()), 3)
+            for axis, kind in zip("xyz", walls.kind, strict=True)
+        },
+        "densities": [float(walls.density[0]), float(walls.density[-1])],
+    }
+
+
+def library_versions() -> dict[str, str]:
+    """Versions of Python, gradedesign and what it computes with."""
+    versions = {"python": platform.python_version(), "gradedesign": metadata.version("gradedesign")}
+    for name in LIBRARIES:
+        try:
+            versions[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            versions[name] = "not installed"
+    return versions

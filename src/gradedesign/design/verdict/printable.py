@@ -1,0 +1,54 @@
+"""The verdict on how the printed solid is made, added to that of the analyses."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from gradedesign.design.case.schema import CaseIdentity
+from gradedesign.design.printing.print_checks import (
+    broken_words,
+    print_data,
+    print_rows,
+    print_warnings,
+)
+from gradedesign.design.printing.printability import Printability
+from gradedesign.design.printing.wall_thickness import WallThickness
+from gradedesign.design.verdict.result import RunResult
+from gradedesign.mechanics.material.material import Material
+
+
+def with_print_limits(
+    result: RunResult,
+    case: CaseIdentity,
+    printability: Printability | None,
+    material: Material | None,
+) -> RunResult:
+    """The result with the limits of ``[print.limits]``; a design that breaks one is not met.
+
+    Sizing knows ``min_wall`` alone, so that no further iteration would mend the others.
+    """
+    rows = print_rows(case, printability)
+    broken = broken_words(rows)
+    status, reason, lightest = result.status, result.reason, result.lightest
+    if broken:
+        reason = f"{reason}; {'but' if status == 'met' else 'and'} {broken}"
+        status, lightest = "not_met", False
+    return replace(
+        result,
+        status=status,
+        lightest=lightest,
+        reason=reason,
+        limits=(*result.limits, *rows),
+        measures={**result.measures, **print_data(printability)},
+        warnings=(*result.warnings, *print_warnings(case, printability, material)),
+    )
+
+
+def thickness_data(thickness: WallThickness) -> dict[str, Any]:
+    """Plain data on the thickness of the printed file."""
+    return {
+        "thickness_percentiles_mm": dict(thickness.percentiles_mm),
+        "thickness_method": thickness.method,
+        "thickness_rays": thickness.rays,
+    }

@@ -1,0 +1,287 @@
+"""Result that a run returns and writes to result.json."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields
+from math import isfinite
+from pathlib import Path
+from textwrap import shorten
+from typing import Any
+
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.row import LimitRow, row_from_json
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LimitIteration:
+    """One limit in one iteration.
+
+    Attributes
+    ----------
+    key : LimitKey
+    name, unit : str
+    predicted : float
+        By the corrected homogenised part, before the analysis.
+    explicit : float or None
+        None where no explicit analysis measures it.
+    discrepancy : float or None
+        explicit / predicted - 1.
+    factor : float
+        Correction of the prediction that this iteration's sizing used.
+    """
+
+    key: LimitKey
+    name: str
+    unit: str
+    predicted: float
+    explicit: float | None
+    discrepancy: float | None
+    factor: float
+
+    @property
+    def label(self) -> str:
+        """Name and load case, where it has one."""
+        return f"{self.name} ({self.key.load_case})" if self.key.load_case else self.name
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Iteration:
+    """One iteration: predicted and explicit values, and the corrections they lead to.
+
+    Attributes
+    ----------
+    number : int
+        From 1.
+    lattice_mass_g, mass_g : float
+        By the explicit mesh.
+    mean_density : float
+        Of the lattice phase, as sized.
+    limits : tuple of LimitIteration
+    utilisation : float
+        Largest value over limit.
+    passed : bool
+    dofs : int
+    mesh_size_mm : float
+    spacing_mm : float
+        Grid spacing that the thinnest wall needed, less where that grid lost volume or
+        components, and at most that of the iteration before where the memory holds that.
+    seconds : float
+    stiffness_factor : float
+        Correction of the lattice's stiffness that this iteration's sizing used.
+    sizing_iterations : int
+    sizing_converged : bool
+    timing_s : mapping of stage to seconds
+        ``sizing``, ``explicit mesh``, ``explicit solve``; the rest of ``seconds`` is learning.
+    """
+
+    number: int
+    lattice_mass_g: float
+    mass_g: float
+    mean_density: float
+    limits: tuple[LimitIteration, ...]
+    utilisation: float
+    passed: bool
+    dofs: int
+    mesh_size_mm: float
+    spacing_mm: float
+    seconds: float
+    stiffness_factor: float
+    sizing_iterations: int
+    sizing_converged: bool
+    timing_s: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def measured(self) -> tuple[LimitIteration, ...]:
+        """Limits that the explicit analysis measures."""
+        return tuple(limit for limit in self.limits if limit.explicit is not None)
+
+
+#: Limits and warnings that `repr` shows, so that it fits in a terminal of 24 lines. Chosen.
+_ROWS_SHOWN, _WARNINGS_SHOWN = 6, 3
+#: Characters of a warning in it: two lines of a terminal. Chosen.
+_COLUMNS = 160
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class RunResult:
+    """Outcome of a run.
+
+    Attributes
+    ----------
+    status : {"met", "not_met", "infeasible", "partial", "failed"}
+    lightest : bool
+    reason : str
+        One sentence for a person.
+    ended_by : str
+        ``tight``: a design with a limit at 97 % or more was accepted. ``enclosed``: a design was
+        accepted, and one of at most 1 % less mass refused. ``iterations``, ``time``: that budget.
+        ``stuck``: the last iteration changed nothing. ``saturated``: no density of this lattice can
+        hold a limit. ``refused``: the next design could not be analysed. ``unjudged``: two
+        designs in succession could be analysed at one resolution only, or not meshed anew.
+        ``unaccepted``: acceptance of a design failed. ``solid``: the solid part breaks a limit.
+        ``stop_after``: as the case asks. ``error``.
+    limits : tuple of LimitRow
+        Of a run that failed, those of its last iteration.
+    solid : tuple of LimitRow
+        The same limits with their values on the fully solid part.
+    mass_g, lattice_mass_g : float or None
+        Of the solid that the printed file encloses, where one was written and read back; of the
+        sized homogenised part where the run stopped there.
+    solid_mass_g : float or None
+    relative_density : float or None
+        Mass over solid mass.
+    lattice_density : float or None
+        Mean density of the lattice phase of the printed file: whole members on the part's faces add
+        to the density of sizing, cut ones reduce it.
+    iterations : tuple of Iteration
+    acceptance : mapping
+    measures : mapping
+        Stress measures by phase, worst neighbourhood included.
+    printed : mapping
+        Measures of the printed file: volumes, thickness, and how the analysed solid differs.
+    files : mapping of what to path below the run folder
+    timing_s : mapping of stage to seconds
+        ``sizing``, ``explicit mesh`` and ``explicit solve`` are parts of ``iteration``,
+        ``whole printed surface`` one of ``acceptance``.
+    predicted : mapping
+        What ``timing_s`` compares with: a `CostPrediction` before the first iteration and another
+        after it.
+    budget : mapping
+        Time and iterations that the run was allowed.
+    repairs : mapping of str to int
+        What was changed in the surface of the part's file, counted; empty where nothing was.
+    file_bodies : tuple of mapping
+        Name and role of each body of the part's file that is not in the part, and whether it was
+        subtracted or left out.
+    symmetry : mapping
+        Planes on which the case mirrors its part, how often the whole part holds the modelled one
+        (``copies``), and its masses; empty without any. All other masses are the modelled part's.
+    yields : tuple of str
+        Warnings that the fully solid part, or the printed solid, yields away from supports.
+    warnings : tuple of str
+    plugins : tuple of str
+    versions : mapping
+    case_hash : str
+    case_name : str
+    folder : Path
+    date : str
+        When the result was written, ISO 8601 in UTC; no part of `case_hash`.
+    version : str
+        Of gradedesign.
+    checksums : mapping
+        SHA-256 of the files of the part (``part``) and of the printed lattice (``print``), by name.
+    load_cases : tuple of mapping
+        Supports and resultants of the loads of every load case.
+    material : mapping
+        Numbers of the material with their units in their names.
+    law : mapping
+        Name, source, window and coefficients.
+    """
+
+    status: str
+    lightest: bool
+    reason: str
+    ended_by: str = ""
+    limits: tuple[LimitRow, ...] = ()
+    mass_g: float | None = None
+    solid_mass_g: float | None = None
+    lattice_mass_g: float | None = None
+    relative_density: float | None = None
+    lattice_density: float | None = None
+    iterations: tuple[Iteration, ...] = ()
+    acceptance: Mapping[str, Any] = field(default_factory=dict)
+    measures: Mapping[str, Any] = field(default_factory=dict)
+    printed: Mapping[str, Any] = field(default_factory=dict)
+    files: Mapping[str, str] = field(default_factory=dict)
+    timing_s: Mapping[str, float] = field(default_factory=dict)
+    predicted: Mapping[str, Any] = field(default_factory=dict)
+    budget: Mapping[str, float] = field(default_factory=dict)
+    repairs: Mapping[str, int] = field(default_factory=dict)
+    file_bodies: tuple[Mapping[str, str], ...] = ()
+    symmetry: Mapping[str, Any] = field(default_factory=dict)
+    yields: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    plugins: tuple[str, ...] = ()
+    versions: Mapping[str, str] = field(default_factory=dict)
+    case_hash: str = ""
+    case_name: str = ""
+    folder: Path = Path()
+    date: str = ""
+    version: str = ""
+    checksums: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    load_cases: tuple[Mapping[str, Any], ...] = ()
+    material: Mapping[str, Any] = field(default_factory=dict)
+    law: Mapping[str, Any] = field(default_factory=dict)
+    solid: tuple[LimitRow, ...] = ()
+
+    def __repr__(self) -> str:
+        """Verdict, mass, the most used limits, warnings and folder; the rest is in the fields."""
+        verdict = f"{self.status}, lightest" if self.lightest else self.status
+        lines = [f"<RunResult of case {self.case_name!r}: {verdict}", self.reason]
+        if self.mass_g is not None:
+            solid = "" if self.solid_mass_g is None else f" of {self.solid_mass_g:.4g} g solid"
+            lines.append(f"mass {self.mass_g:.4g} g{solid}")
+        used = sorted(self.limits, key=lambda row: row.utilisation, reverse=True)
+        limits = [f"{row.name} ({row.load_case}): {row.words} {row.word}" for row in used]
+        lines += _shortened(limits, _ROWS_SHOWN, "limits")
+        warnings = [
+            shorten(f"warning: {text}", width=_COLUMNS, placeholder=" ...")
+            for text in self.warnings
+        ]
+        lines += _shortened(warnings, _WARNINGS_SHOWN, "warnings")
+        lines.append(f"{len(self.iterations)} iterations, files in {self.folder}>")
+        return "\n  ".join(lines)
+
+
+def _shortened(lines: Sequence[str], most: int, what: str) -> list[str]:
+    """The first lines, and how many more there are."""
+    more = len(lines) - most
+    return [*lines[:most], *([f"and {more} more {what}"] if more > 0 else [])]
+
+
+def from_json(data: Mapping[str, Any]) -> RunResult:
+    """The result that `as_json` wrote.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If the data is of another layout.
+    """
+    field_names = {entry.name for entry in fields(RunResult)}
+    plain = {name: value for name, value in data.items() if name in field_names}
+    for name in ("limits", "solid"):
+        plain[name] = tuple(row_from_json(row) for row in data.get(name, ()))
+    plain["iterations"] = tuple(iteration_from_json(entry) for entry in data["iterations"])
+    for name in ("yields", "warnings", "plugins"):
+        plain[name] = tuple(data[name])
+    for name in ("file_bodies", "load_cases"):
+        plain[name] = tuple(data.get(name, ()))
+    return RunResult(**{**plain, "folder": Path(data["folder"])})
+
+
+def iteration_from_json(data: Mapping[str, Any]) -> Iteration:
+    """The iteration that ``dataclasses.asdict`` made plain data of."""
+    limits = tuple(
+        LimitIteration(**{**entry, "key": LimitKey(**entry["key"])}) for entry in data["limits"]
+    )
+    return Iteration(**{**data, "limits": limits})
+
+
+def as_json(result: RunResult) -> dict[str, Any]:
+    """Plain data for result.json; every number keeps its unit in its name."""
+    data = asdict(result)
+    data["folder"] = str(result.folder)
+    if result.symmetry and result.mass_g is not None:
+        data["symmetry"] = {**result.symmetry, "mass_g": result.symmetry["copies"] * result.mass_g}
+    for key, rows in (("limits", result.limits), ("solid", result.solid)):
+        data[key] = [
+            {
+                **asdict(row),
+                "decisive": row.decisive,
+                "utilisation": row.utilisation if isfinite(row.utilisation) else None,
+                "passed": row.passed,
+            }
+            for row in rows
+        ]
+    return data

@@ -1,0 +1,80 @@
+"""The design that pictures and files show, with the measures of its exported surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from gradedesign.arrays import FloatArray
+from gradedesign.design.acceptance.printed_body import PrintedBody, measure_printed
+from gradedesign.design.loop.analysed import Analysed
+from gradedesign.design.printing.print_checks import check_printed
+from gradedesign.design.printing.printability import Printability
+from gradedesign.design.resolve.problem import Problem
+from gradedesign.geometry.lattice.joint_volume import joint_volume
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.mechanics.explicit.analysis import SurfaceFields
+from gradedesign.mechanics.explicit.explicit import ExplicitResult, governing_load_case
+from gradedesign.mechanics.limits.row import LimitRow
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Shown:
+    """The design that pictures and files show: the judged one, or the best that was found.
+
+    Attributes
+    ----------
+    rho : (M,) array
+        Density of every tetrahedron of the part.
+    analysed : Analysed
+    surface : SurfaceMesh
+        As exported.
+    fields : SurfaceFields
+        Of the explicit analysis in the load case that governs.
+    printed : PrintedBody
+        Measures of the exported surface.
+    printability : Printability or None
+        How it is made, where the case has ``[print]``.
+    rows : tuple of LimitRow
+        Limits by the explicit analysis, with bands; empty where acceptance judged the design.
+    remeshed : ExplicitResult or None
+        Its acceptance, where its whole surface was meshed.
+    """
+
+    rho: FloatArray
+    analysed: Analysed
+    surface: SurfaceMesh
+    fields: SurfaceFields
+    printed: PrintedBody
+    printability: Printability | None
+    rows: tuple[LimitRow, ...] = ()
+    remeshed: ExplicitResult | None = None
+
+
+def shown_of(
+    problem: Problem,
+    rho: FloatArray,
+    analysed: Analysed,
+    surface: SurfaceMesh,
+    rows: tuple[LimitRow, ...] = (),
+    remeshed: ExplicitResult | None = None,
+) -> Shown:
+    """Measure the exported surface of an analysed design; the last two as in `Shown`."""
+    solved = analysed.result.solved
+    fields = solved.surface_fields(governing_load_case(analysed.result))
+    printed = measure_printed(
+        surface,
+        fields.surface,
+        solved.division.surface_size,
+        analysed.design.domain,
+        elements_mm3=float(solved.volumes.sum()),
+    )
+    return Shown(
+        rho=rho,
+        analysed=analysed,
+        surface=surface,
+        fields=fields,
+        printed=replace(printed, joints_mm3=joint_volume(analysed.design)),
+        remeshed=remeshed,
+        printability=check_printed(problem.case, problem.part.surface, surface, printed.thickness),
+        rows=rows,
+    )

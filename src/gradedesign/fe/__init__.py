@@ -1,1 +1,0 @@
-"""Elasticity on tetrahedra with scikit-fem: loads, supports, assembly, solve, stress."""

@@ -1,0 +1,58 @@
+"""The algebra of implicit fields, and distances to level sets and graphs that cells need."""
+
+from __future__ import annotations
+
+from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
+from gradedesign.geometry.fields.algebra import (
+    blend_intersection,
+    blend_union,
+    complement,
+    difference,
+    gradient,
+    intersection,
+    offset,
+    r_intersection,
+    r_union,
+    shell,
+    union,
+)
+from gradedesign.geometry.fields.filleted_segments import periodic_filleted_segments
+from gradedesign.geometry.fields.graph import bond_graph, graph_segments
+from gradedesign.geometry.fields.graph_symmetry import segment_symmetry
+from gradedesign.geometry.fields.level_set import level_set_points, periodic_distance_to_level_set
+from gradedesign.geometry.fields.near_segments import NearSegments, near_segments
+from gradedesign.geometry.fields.periodic_spline import Interpolation, periodic_spline
+from gradedesign.geometry.fields.segment_distance import (
+    periodic_distance_to_graph,
+    periodic_distance_to_segments,
+)
+
+__all__ = [
+    "BoolArray",
+    "Field",
+    "FloatArray",
+    "IntArray",
+    "Interpolation",
+    "NearSegments",
+    "blend_intersection",
+    "blend_union",
+    "bond_graph",
+    "complement",
+    "difference",
+    "gradient",
+    "graph_segments",
+    "intersection",
+    "level_set_points",
+    "near_segments",
+    "offset",
+    "periodic_distance_to_graph",
+    "periodic_distance_to_level_set",
+    "periodic_distance_to_segments",
+    "periodic_filleted_segments",
+    "periodic_spline",
+    "r_intersection",
+    "r_union",
+    "segment_symmetry",
+    "shell",
+    "union",
+]

@@ -1,1 +1,0 @@
-"""Lattices stated by the user, built without sizing."""

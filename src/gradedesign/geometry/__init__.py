@@ -1,0 +1,1 @@
+"""Fields, surfaces, parts, cells and lattices: no stress, no law."""

@@ -1,0 +1,1 @@
+"""Cells: families, calibration of level and density, thinnest walls, mixes."""

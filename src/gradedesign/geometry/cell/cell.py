@@ -1,0 +1,90 @@
+"""A cell that can be built: family, parameters, and the calibration of its level."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, locked
+from gradedesign.errors import DensityError, blaming
+from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.geometry.cell.strut_axes import StrutAxes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Cell:
+    """A family with its parameters, and the monotone relation of its level and density.
+
+    Made by `calibration.calibrate`, once for a process.
+
+    Attributes
+    ----------
+    family : CellFamily
+    parameters : mapping of str to float
+        Complete.
+    density, level : (k,) arrays
+        The table, increasing, over densities 0 to 1.
+    window : (float, float)
+        Densities between which solid and void percolate, see `percolation`.
+    neck : (float, float, float)
+        Point in cell units, of the first period, where the last connection of the solid forms.
+    """
+
+    family: CellFamily
+    parameters: Mapping[str, float]
+    density: FloatArray
+    level: FloatArray
+    window: tuple[float, float]
+    neck: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
+        object.__setattr__(self, "density", locked(self.density, (None,), name="density"))
+        object.__setattr__(self, "level", locked(self.level, (None,), name="level"))
+
+    @property
+    def name(self) -> str:
+        """Name of the family."""
+        return self.family.name
+
+    @property
+    def axes(self) -> StrutAxes | None:
+        """Axes of the round struts; None if the cell does not consist of round struts.
+
+        Raises
+        ------
+        PluginError
+            If the family fails to give them.
+        """
+        if self.family.struts is None:
+            return None
+        with blaming(f"cell '{self.name}'"):
+            return self.family.struts(**self.parameters)
+
+    def level_of(self, rho: FloatArray | float) -> FloatArray:
+        """Level ``t`` at which the cell ``g <= t`` has relative density ``rho``, ``(...)``.
+
+        Raises
+        ------
+        DensityError
+            If a density is outside the window.
+        """
+        values = np.asarray(rho, dtype=np.float64)
+        a, b = self.window
+        outside = ~((values >= a - 1e-9) & (values <= b + 1e-9))
+        if outside.any():
+            bad = values[outside]
+            raise DensityError(
+                f"cell '{self.name}' exists for relative densities {a:.4f} to {b:.4f}, "
+                f"but {bad.min():.4f} to {bad.max():.4f} was asked for: below, the solid falls "
+                f"apart; above, the void closes; narrow [lattice] density or take another cell"
+            )
+        return np.asarray(np.interp(values, self.density, self.level))
+
+    def density_of(self, level: FloatArray | float) -> FloatArray:
+        """Relative density of ``g <= level``, ``(...)``; 0 below all values, 1 above."""
+        values = np.asarray(level, dtype=np.float64)
+        return np.asarray(np.interp(values, self.level, self.density, left=0.0, right=1.0))

@@ -1,0 +1,1 @@
+"""From any implicit field to closed triangles: contour, sharp edges, islands, closed voids."""

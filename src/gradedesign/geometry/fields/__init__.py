@@ -1,0 +1,1 @@
+"""Implicit fields, negative inside: their algebra, level sets, and periodic graphs of struts."""

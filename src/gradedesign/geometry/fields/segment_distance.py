@@ -1,0 +1,94 @@
+"""Distance to the struts of a periodic graph: round struts and prisms, thick and thin ones."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.errors import PluginError
+from gradedesign.geometry.fields._graph_kernels import least_gauge
+from gradedesign.geometry.fields.graph import graph_segments
+from gradedesign.geometry.fields.near_segments import NearSegments, nearest_candidates
+
+
+def periodic_distance_to_graph(nodes: ArrayLike, edges: ArrayLike) -> Field:
+    """Distance to the struts of a periodic graph, cell units; see `graph_segments`.
+
+    Examples
+    --------
+    >>> corner = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> distance = periodic_distance_to_graph(corner, [[0, 1], [0, 2], [0, 3]])
+    >>> float(distance(np.array([0.5, 0.25, 2.0])))
+    0.25
+    """
+    return periodic_distance_to_segments(graph_segments(nodes, edges))
+
+
+def periodic_distance_to_segments(
+    segments: ArrayLike, *, thickness: ArrayLike = 1.0, normals: ArrayLike | None = None
+) -> Field:
+    """Distance to segments of period 1, divided by their relative thickness.
+
+    Level ``t`` bounds struts of radius ``t`` times their thickness, with round ends. With normals
+    the struts are prisms: the value is the largest of the heights over their sides and of the
+    distance beyond an end, so that struts end in flat faces ``t`` beyond their nodes.
+
+    Parameters
+    ----------
+    segments : (m, 2, 3) array_like, cell units
+        Both ends; a point where they coincide. One of each set of copies.
+    thickness : float or (m,) array_like
+        Relative thickness, positive.
+    normals : (m, s, 3) array_like, optional
+        Unit normals of the three or more sides of each prism, perpendicular to its segment.
+
+    Returns
+    -------
+    callable
+        Points ``(3, ...)`` to values ``(...)`` of the same float type; exact, threaded.
+
+    Raises
+    ------
+    PluginError
+        If the arrays do not fit together, or a thickness is not positive.
+    """
+    ends = np.array(segments, dtype=np.float64)
+    sides = np.zeros((len(ends), 0, 3)) if normals is None else np.array(normals, dtype=np.float64)
+    relative = np.array(np.broadcast_to(np.asarray(thickness, dtype=np.float64), (len(ends),)))
+    _check(ends, relative, sides)
+
+    @cache
+    def listed() -> NearSegments:
+        return nearest_candidates(ends, relative, sides)
+
+    def evaluate(u: FloatArray) -> FloatArray:
+        points = np.asarray(u)
+        kind = points.dtype if points.dtype == np.float32 else np.dtype(np.float64)
+        flat = np.ascontiguousarray(points.reshape(3, -1), dtype=kind)
+        value: FloatArray = np.zeros(flat.shape[1], dtype=kind)
+        near = listed()
+        own_thickness, own_sides = relative[near.owner], sides[near.owner]
+        least_gauge(
+            flat, near.bins, near.first, near.member, near.start, near.axis, near.length,
+            own_thickness, own_sides, value,
+        )  # fmt: skip
+        return value.reshape(points.shape[1:])
+
+    return evaluate
+
+
+def _check(ends: FloatArray, thickness: FloatArray, sides: FloatArray) -> None:
+    """Refuse arrays that do not describe struts."""
+    if ends.ndim != 3 or ends.shape[1:] != (2, 3) or len(ends) == 0:
+        raise PluginError(f"segments have shape {ends.shape}, expected (m, 2, 3) with m above 0")
+    if sides.ndim != 3 or sides.shape[::2] != (len(ends), 3) or sides.shape[1] in (1, 2):
+        raise PluginError(
+            f"normals have shape {sides.shape}, expected ({len(ends)}, s, 3) with s of 3 or more"
+        )
+    if not (np.isfinite(ends).all() and np.isfinite(sides).all()):
+        raise PluginError("segments and normals must be finite")
+    if not (np.isfinite(thickness).all() and (thickness > 0).all()):
+        raise PluginError(f"a relative thickness of {thickness.min():g} is impossible; use above 0")

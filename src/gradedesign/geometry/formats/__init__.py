@@ -1,0 +1,1 @@
+"""File formats of surfaces and fields, one file a format, read and written."""

@@ -1,0 +1,74 @@
+"""On which side of a part's surface the cubes of a grid lie, and which of them it passes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.geometry.contour import _side_kernels as kernels
+from gradedesign.geometry.contour.sample import Shape, checked_values
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
+
+#: Cubes that come this near to the part's surface count as near, in grid spacings. Chosen, not
+#: measured.
+CLEARANCE = 0.1
+
+
+def cube_sides(
+    part: SurfaceMesh, distance: Field, origin: FloatArray, shape: Shape, h: float
+) -> NDArray[np.uint8]:
+    """Where every cube of a grid lies: `NEAR`, `DEEP`, `BESIDE` or `BEYOND` of `_side_kernels`.
+
+    Near are the cubes that a triangle of the part comes to, by separating axes. The others are
+    filled from cube to cube, one distance each time telling the side. Cubes that would touch
+    another one along an edge only, near ones between, count as near too, so that the border of the
+    near ones is a manifold along its edges.
+
+    Parameters
+    ----------
+    part : SurfaceMesh
+        Closed.
+    distance : callable
+        Its signed distance, points ``(3, ...)`` mm to ``(...)`` mm, negative inside.
+    origin : (3,) array, mm
+        First node of the grid.
+    shape : (int, int, int)
+        Number of nodes.
+    h : float, mm
+        Spacing.
+
+    Returns
+    -------
+    (a, b, c) uint8 array
+        Deep cubes lie inside, those beside and beyond outside, all of them farther than `CLEARANCE`
+        spacings from the surface; those beside touch a near one.
+    """
+    sides = np.full([n - 1 for n in shape], kernels.UNKNOWN, dtype=np.uint8)
+    kernels.mark_near((corner_points(part) - origin) / h, CLEARANCE, sides)
+    number = kernels.next_unknown(sides, 0)
+    while number >= 0:
+        middle = origin + h * kernels.centre(number, np.array(sides.shape))
+        inside = checked_values(distance, middle[:, None])[0] < 0
+        kernels.flood_unknown(sides, number, kernels.DEEP if inside else kernels.BEYOND)
+        number = kernels.next_unknown(sides, number)
+    while kernels.take_out_edges(sides):
+        pass
+    kernels.mark_beside(sides)
+    return sides
+
+
+def where_wanted(field: Field, sides: NDArray[np.uint8], origin: FloatArray, h: float) -> Field:
+    """The field at points that touch a cube not beyond the part, and ``h`` elsewhere."""
+
+    def wanted(points: FloatArray) -> FloatArray:
+        flat = np.ascontiguousarray(np.asarray(points, dtype=np.float64).reshape(3, -1))
+        near = kernels.touching(sides, flat, origin, h)
+        if near.all():
+            return field(points)
+        values = np.full(flat.shape[1], h)
+        if near.any():
+            values[near] = field(flat[:, near])
+        return values.reshape(np.shape(points)[1:])
+
+    return wanted

@@ -1,0 +1,144 @@
+"""``[lattice.density_map]``: where a stated density comes from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, ClassVar
+
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from gradedesign.common.values.formula import parse_formula
+from gradedesign.common.values.suggest import shown
+from gradedesign.common.values.table import Table, key_error
+from gradedesign.common.values.value_types import (
+    Choice,
+    FilePath,
+    Flag,
+    JsonSchema,
+    Name,
+    Number,
+    Point,
+    Reader,
+    Refused,
+    Size,
+)
+from gradedesign.errors import CaseError
+from gradedesign.geometry.part.part_path import resolve_data_file, resolve_data_folder
+
+_SOURCES = ("formula", "voxels", "images", "points", "vtu")
+_SUFFIXES = {"voxels": (".npy",), "points": (".csv", ".txt", ".npy"), "vtu": (".vtu",)}
+#: Keys that belong to some sources only.
+_BELONGS = {
+    "voxel_size": ("voxels", "images"),
+    "origin": ("voxels", "images"),
+    "spacing": ("points",),
+    "method": ("points",),
+    "oversize": ("points",),
+    "outside": ("points",),
+    "field": ("vtu",),
+}
+
+
+class FormulaText(Reader):
+    """The text of a formula, checked when the case is read."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> str:
+        """Accept a text that parses."""
+        if not isinstance(value, str):
+            raise Refused(
+                f'found {shown(value)}; expected a formula such as "0.1 + 0.4 * x / 100", with x, '
+                f"y, z and the depth d below the surface in mm"
+            )
+        try:
+            return parse_formula(value).text
+        except CaseError as error:
+            raise Refused(str(error)) from None
+
+    def json_schema(self) -> JsonSchema:
+        """A string."""
+        example = "0.1 + 0.4 * x / 100"
+        return {"type": "string", "examples": [example], "x-range": "a formula in x, y, z and d"}
+
+
+class DensityMapSpec(Table):
+    """Relative density from outside: exactly one source."""
+
+    example: ClassVar[str] = '{formula = "0.1 + 0.4 * x / 100"}'
+
+    formula: Annotated[str | None, FormulaText()] = None
+    """In x, y, z and d, the depth below the part's surface, all in mm."""
+    voxels: FilePath | None = Field(default=None, examples=["density.npy"])
+    """A .npy array (nx, ny, nz): floats are densities, 8 and 16 bit are grey values."""
+    images: FilePath | None = Field(default=None, examples=["slices"])
+    """A folder of PNG or TIFF slices along z, lowest first by name; columns go along x, rows
+    against y. Floats are densities, 8 and 16 bit are grey values."""
+    points: FilePath | None = Field(default=None, examples=["density.csv"])
+    """Columns x, y, z in mm and density, as text or .npy."""
+    vtu: FilePath | None = Field(default=None, examples=["density.vtu"])
+    """Tetrahedra with a field of densities."""
+    field: Name | None = Field(default=None, examples=["density"])
+    """Name of the field of ``vtu``; without it there must be only one."""
+    voxel_size: Size | None = Field(default=None, examples=["0.5 mm"])
+    """Edge of a voxel, mm; without it the voxels are stretched over the part's bounding box."""
+    origin: Point | None = None
+    """Lower corner of the voxels, mm; without it that of the part's bounding box."""
+    spacing: Size | None = Field(default=None, examples=["2 mm"])
+    """Of the grid on which ``points`` are mapped, mm; half a cell without it."""
+    method: Annotated[str, Choice(("weights", "maximum"))] = "weights"
+    """Whether a node takes the inverse-square mean or the maximum of the points around it."""
+    oversize: Annotated[bool, Flag()] = False
+    """Whether the grid of ``points`` gets a border of ``outside``."""
+    outside: Annotated[float | None, Number(above=0.0, below=1.0)] = Field(
+        default=None, examples=[0.2]
+    )
+    """Density of that border; the least one without it."""
+
+    @field_validator("voxels", "points", "vtu", mode="before")
+    @classmethod
+    def _find_file(cls, value: Any, info: ValidationInfo) -> Path:
+        name = str(info.field_name)
+        if not isinstance(value, str):
+            example = f"map{_SUFFIXES[name][0]}"
+            raise Refused(f'found {shown(value)}; expected a file name such as "{example}"')
+        context = info.context or {}
+        return resolve_data_file(
+            value,
+            folder=context.get("folder", Path.cwd()),
+            allow_outside=bool(context.get("allow_outside", False)),
+            suffixes=_SUFFIXES[name],
+        )
+
+    @field_validator("images", mode="before")
+    @classmethod
+    def _find_folder(cls, value: Any, info: ValidationInfo) -> Path:
+        if not isinstance(value, str):
+            raise Refused(f'found {shown(value)}; expected a folder such as "slices"')
+        context = info.context or {}
+        return resolve_data_folder(
+            value,
+            folder=context.get("folder", Path.cwd()),
+            allow_outside=bool(context.get("allow_outside", False)),
+        )
+
+    @model_validator(mode="after")
+    def _one_source(self) -> DensityMapSpec:
+        source_keys = [name for name in _SOURCES if getattr(self, name) is not None]
+        if len(source_keys) != 1:
+            stated = "none" if not source_keys else " and ".join(source_keys)
+            raise Refused(f"found {stated}; expected exactly one of {', '.join(_SOURCES)}")
+        for key, sources in _BELONGS.items():
+            if key in self.model_fields_set and source_keys[0] not in sources:
+                raise key_error(
+                    key,
+                    f"has no meaning with {source_keys[0]}; it belongs to {' and '.join(sources)}",
+                )
+        if self.outside is not None and not self.oversize:
+            raise key_error("outside", "needs oversize = true")
+        return self
+
+    @property
+    def source(self) -> str:
+        """Name of the source that is given."""
+        return next(name for name in _SOURCES if getattr(self, name) is not None)

@@ -1,0 +1,84 @@
+"""Density from a field on tetrahedra."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.errors import DensityError
+from gradedesign.geometry.lattice.density_grid import density_grid_from_elements, evaluate
+from gradedesign.geometry.lattice.density_source import DensitySource
+from gradedesign.geometry.tets.point_location import build_locator, locate
+from gradedesign.geometry.tets.tet_mesh import TetMesh
+
+
+def tet_density(
+    mesh: TetMesh,
+    values: FloatArray,
+    *,
+    at: Literal["points", "elements"],
+    spacing: float,
+    reach: float,
+    memory_limit_bytes: float = 8e9,
+) -> DensitySource:
+    """Density of a field on tetrahedra.
+
+    Values at points are interpolated inside each tetrahedron and go on outside with the nearest
+    point of the mesh. Values of elements are spread over a grid just as the densities are that
+    sizing finds, so the densities of a run give that run's lattice.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+    values : (n,) or (m,) array
+        Relative density, at points or of elements.
+    at : {"points", "elements"}
+    spacing : float, mm
+        Of the grid for elements.
+    reach : float, mm
+        Points farther from the mesh are refused: another part, or another unit of length.
+    memory_limit_bytes : float
+        What the grid may take.
+
+    Raises
+    ------
+    DensityError
+        If the values do not fit the mesh. The source raises it for points that are too far.
+    ResourceError
+        If the grid takes more memory.
+    """
+    expected = mesh.points.shape[1] if at == "points" else mesh.tets.shape[1]
+    if values.shape != (expected,) or not np.isfinite(values).all():
+        raise DensityError(
+            f"a field at {at} of shape {values.shape} (or with values that are not finite); "
+            f"expected {expected} finite numbers"
+        )
+    grid = None
+    if at == "elements":
+        grid = density_grid_from_elements(
+            mesh,
+            values,
+            spacing=spacing,
+            margin=2 * spacing,
+            memory_limit_bytes=memory_limit_bytes,
+        )
+    locator = build_locator(mesh)
+
+    def density(points: FloatArray) -> FloatArray:
+        flat = np.asarray(points, dtype=np.float64).reshape(3, -1)
+        tets, weights, apart = locate(mesh, flat, locator=locator)
+        if apart.size and apart.max() > reach:
+            x, y, z = flat[:, int(apart.argmax())]
+            raise DensityError(
+                f"the mesh of the densities ends {apart.max():.4g} mm from ({x:.4g}, {y:.4g}, "
+                f"{z:.4g}) mm, a point of the part; expected at most {reach:.4g} mm: is it the "
+                f"mesh of this part, in mm?"
+            )
+        if grid is not None:
+            return evaluate(grid, points)
+        interpolated = np.einsum("cn,cn->n", weights, values[mesh.tets[:, tets]])
+        return np.asarray(interpolated).reshape(points.shape[1:])
+
+    return density

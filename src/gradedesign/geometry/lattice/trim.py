@@ -1,0 +1,218 @@
+"""The printed surface with the part's own faces: contour the lattice, then cut it with the part."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gradedesign.arrays import BoolArray, Field, FloatArray
+from gradedesign.common.system.progress import report_step, stepping
+from gradedesign.geometry.contour.resolution import Resolution, require_volume
+from gradedesign.geometry.contour.skin_edges import divided_skin_edges, moved_onto_skins
+from gradedesign.geometry.contour.surface import (
+    BoxedGrid,
+    Contour,
+    boxed_grid,
+    contour,
+    require_closed,
+)
+from gradedesign.geometry.contour.true_volume import VolumeFit
+from gradedesign.geometry.lattice.cube_sides import cube_sides, where_wanted
+from gradedesign.geometry.lattice.domain import DesignDomain, grown
+from gradedesign.geometry.lattice.lattice import LatticeDesign, uncut_field
+from gradedesign.geometry.lattice.solid_layers import SolidLayer, solid_layers
+from gradedesign.geometry.triangles.boolean import cut_capped
+from gradedesign.geometry.triangles.crossings import TOUCHING, crossing_triangles
+from gradedesign.geometry.triangles.short_edges import used_only, without_short_edges
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+
+log = logging.getLogger(__name__)
+
+#: The lattice is contoured this many grid steps beyond the part before it is cut. Chosen, not
+#: measured.
+OVERHANG = 2.0
+#: Rounds in which inner edges of skins are left as contoured where triangles cross. Chosen, not
+#: measured.
+ROUNDS = 4
+#: Before, edges of this share of the grid step are collapsed there, which unfolds most. Chosen, not
+#: measured.
+FOLDS = (0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
+#: Triangles that a collapse changes lie within this many grid steps of those that crossed. Chosen,
+#: not measured.
+AROUND = 4.0
+#: Edges shorter than this share of the grid step are collapsed after the cut: single precision
+#: files cannot hold them apart.
+SHORTEST = 0.02
+
+
+def trimmed_surface(
+    design: LatticeDesign, part: SurfaceMesh, step: float, asked: Resolution | None = None
+) -> SurfaceMesh:
+    """Closed surface of a lattice whose outer faces are exactly those of the part.
+
+    Contouring the trimmed field would chamfer every edge between a wall and the part's faces by
+    half a grid step. Here the lattice is contoured a little beyond the part and then cut by the
+    part's own triangles, so faces stay flat and edges sharp. Only what lies near the part's surface
+    is cut: the triangles deep inside are kept apart, and joined again by the vertices between.
+    Vertices of the lattice are placed so that the triangles hold its volume, see `true_volume`.
+
+    Parameters
+    ----------
+    design : LatticeDesign
+    part : SurfaceMesh
+        Closed and outward oriented; its signed distance is ``design.domain.distance``.
+    step : float, mm
+        Grid of the contour.
+    asked : Resolution, optional
+        How much the volume of a cell may be off; whatever it is without.
+
+    Returns
+    -------
+    SurfaceMesh
+
+    Raises
+    ------
+    CoarseContourError
+        If more is off.
+    ResourceError
+        If the surface does not fit the memory.
+    LatticeError
+        If the lattice has no solid, or the result is not closed.
+    MeshError
+        If the Boolean kernel refuses a surface or nothing is left.
+    """
+    untrimmed = replace(design, domain=grown(design.domain, OVERHANG * step))
+    field = uncut_field(untrimmed, band=3 * step, single=True)
+    grid = contour_grid(design.domain, step)
+    with stepping(f"contouring at {step:.3g} mm"):
+        sides = cube_sides(part, design.domain.distance, grid.origin, grid.shape, step)
+        wanted = where_wanted(field, sides, grid.origin, step)
+        raw = contour(wanted, grid, sides=sides, fit=volume_fit(design, step, asked))
+        del sides
+    require_volume(raw.volume_error, asked, step)
+    with stepping(f"cutting {len(raw.near)} of {raw.count} triangles with the part"):
+        vertices, faces = _cut(raw, part)
+        del raw  # the triangles once more
+        if design.domain.skins:
+            report_step("inner edges of skins")
+            vertices, faces = with_skin_edges(vertices, faces, untrimmed.domain, field, step)
+        report_step("collapsing short edges")
+        trimmed = used_only(vertices, without_short_edges(vertices, faces, SHORTEST * step))
+    require_closed(trimmed)
+    return trimmed
+
+
+def volume_fit(design: LatticeDesign, step: float, asked: Resolution | None) -> VolumeFit:
+    """How vertices of a lattice are placed by volume; vertices on solid layers stay there.
+
+    ``step`` is the grid, mm, of a contour that goes beyond the part by the overhang.
+    """
+    part, layers = solid_layers(grown(design.domain, OVERHANG * step), 3 * step)
+
+    def solids(points: FloatArray) -> FloatArray:
+        distance = part(points)
+        return np.asarray(np.minimum.reduce([layer(points, distance) for layer in layers]))
+
+    return VolumeFit(
+        lower=design.domain.lower,
+        upper=design.domain.upper,
+        cell=design.cell_size,
+        solids=solids if layers else None,
+        memory=np.inf if asked is None else asked.memory,
+    )
+
+
+def contour_grid(domain: DesignDomain, step: float) -> BoxedGrid:
+    """Grid on which `trimmed_surface` contours a lattice."""
+    beyond = (OVERHANG + 1.0) * step
+    return boxed_grid(domain.lower - beyond, domain.upper + beyond, step)
+
+
+def with_skin_edges(
+    vertices: FloatArray, faces: NDArray[np.int32], domain: DesignDomain, field: Field, step: float
+) -> tuple[FloatArray, NDArray[np.int32]]:
+    """The surface with inner edges of skins, but where triangles would cross.
+
+    ``domain`` is grown by the overhang.
+    """
+    part, layers = solid_layers(domain, 3 * step)
+    skins = tuple(_alone(layer) for layer in layers[: len(domain.skins)])
+    open_ones = np.zeros(len(vertices), dtype=bool)
+    open_ones[faces] = True
+    # Not on the part's faces, which the domain's overhang lies outside of.
+    open_ones &= part(vertices.T) < -OVERHANG * step - 1e-6
+    for _ in range(ROUNDS):
+        moved = moved_onto_skins(vertices, open_ones, skins, field, step)
+        fine, triangles, corners = _divided(moved, faces, open_ones, skins, field, step)
+        if not len(corners):
+            # What has been collapsed may be divided again.
+            again = _divided(fine, triangles, open_ones, skins, field, step)
+            return (fine, triangles) if len(again[2]) else again[:2]
+        log.info(
+            "%d triangles would cross at inner edges of a skin: left as contoured", len(corners)
+        )
+        open_ones &= ~_inside_any(vertices, corners, 0.1 * step)
+    log.warning("inner edges of skins are left as contoured: their triangles would cross")
+    return vertices, faces
+
+
+def _divided(
+    vertices: FloatArray,
+    faces: NDArray[np.int32],
+    open_ones: BoolArray,
+    skins: tuple[Field, ...],
+    field: Field,
+    step: float,
+) -> tuple[FloatArray, NDArray[np.int32], FloatArray]:
+    """The surface with divided edges, folds of it collapsed, and triangles that still cross."""
+    fine, triangles = divided_skin_edges(vertices, faces, open_ones, skins, field, step)
+    to_skin = np.minimum.reduce([np.abs(skin(fine.T)) for skin in skins])
+    inner = to_skin <= 0.01 * step
+    inner[: len(open_ones)] &= open_ones
+    near = to_skin <= 2 * step
+    corners = _crossing(fine, triangles, near)
+    for share in FOLDS:
+        if not len(corners):
+            break
+        there = inner & _inside_any(fine, corners, share * step)
+        triangles = without_short_edges(fine, triangles.copy(), share * step, there)
+        # Farther away nothing has changed.
+        corners = _crossing(fine, triangles, near & _inside_any(fine, corners, AROUND * step))
+    return fine, triangles, corners
+
+
+def _crossing(vertices: FloatArray, faces: NDArray[np.int32], near: BoolArray) -> FloatArray:
+    """Corners of triangles with a corner near the skins that pass through others, ``(k, 3, 3)``."""
+    suspects = faces[near[faces].any(axis=1)].astype(np.int64)
+    pairs = crossing_triangles(vertices, suspects, TOUCHING)
+    return vertices[suspects[pairs.ravel()]]
+
+
+def _inside_any(vertices: FloatArray, corners: FloatArray, margin: float) -> BoolArray:
+    """Mask of the vertices in or close to the box of one of some triangles (k, 3, 3)."""
+    inside = np.zeros(len(vertices), dtype=bool)
+    order = np.argsort(vertices[:, 0])
+    along = vertices[order, 0]
+    for some in corners:
+        lower, upper = some.min(axis=0) - margin, some.max(axis=0) + margin
+        # Few of millions of vertices lie between the ends of a triangle.
+        near = order[slice(*np.searchsorted(along, (lower[0], upper[0])))]
+        here = vertices[near]
+        inside[near[((here >= lower) & (here <= upper)).all(axis=1)]] = True
+    return inside
+
+
+def _alone(layer: SolidLayer) -> Field:
+    return lambda points: layer(points, None)
+
+
+def _cut(raw: Contour, part: SurfaceMesh) -> tuple[FloatArray, NDArray[np.int32]]:
+    """Cut the triangles near the part's surface, and join those deep inside to them again."""
+    near = np.concatenate([raw.near, raw.outer, raw.inner])
+    cut = cut_capped(raw.vertices, near, len(raw.inner), part, subject="printed surface")
+    number = np.where(cut.source >= 0, cut.source, len(raw.vertices) + np.arange(len(cut.source)))
+    vertices = np.concatenate([raw.vertices, cut.vertices])
+    return vertices, np.concatenate([raw.deep, number[cut.faces].astype(np.int32)])

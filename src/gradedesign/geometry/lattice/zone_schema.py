@@ -1,0 +1,47 @@
+"""``[[zone]]``: places of the part whose cells differ from those of ``[lattice]``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from gradedesign.common.values.table import key_error
+from gradedesign.common.values.value_types import Name, Refused, RegionName, Size
+from gradedesign.geometry.cell.law_schema import Law
+from gradedesign.geometry.lattice.density_map_schema import FormulaText
+from gradedesign.geometry.lattice.lattice_schema import DensityRange, Parameters
+from gradedesign.geometry.part.place_schema import VOLUMES, PlaceSpec, require_one
+
+_DIFFERENCES = ("cell", "parameters", "density")
+
+
+class ZoneSpec(PlaceSpec):
+    """A region with its own cell or density; where zones overlap the last one counts."""
+
+    region: RegionName | None = None
+    """All within ``within`` of the faces of this region."""
+    within: Size | None = Field(default=None, examples=["6 mm"])
+    """Distance from the region, mm."""
+    formula: Annotated[str | None, FormulaText()] = Field(default=None, examples=["x - 20"])
+    """All places where this is below 0: in x, y, z and the depth d, in mm."""
+    cell: Name | None = Field(default=None, examples=["diamond-sheet"])
+    """Name of a cell family; that of ``[lattice]`` without it."""
+    parameters: Annotated[dict[str, float] | None, Parameters()] = None
+    """Parameters of the cell family; those of ``[lattice]`` where the cell is the same."""
+    law: Law | None = Field(default=None, examples=["gibson-ashby"])
+    """A scaling law as in ``[lattice]``; without it that of ``[lattice]``, or ``auto`` where the
+    cell differs."""
+    density: Annotated[tuple[float, float] | None, DensityRange()] = None
+    """Lowest and highest relative density; those of ``[lattice]`` without it."""
+    transition: Size | None = None
+    """Width of the transition about the zone's border, mm; two cells without it."""
+
+    @model_validator(mode="after")
+    def _one_place(self) -> ZoneSpec:
+        require_one(self, (*VOLUMES, "region", "formula"))
+        if (self.region is None) != (self.within is None):
+            raise key_error("within", 'goes with region, such as within = "6 mm"')
+        if all(getattr(self, key) is None for key in _DIFFERENCES):
+            raise Refused(f"the zone differs in nothing; add one of {', '.join(_DIFFERENCES)}")
+        return self

@@ -1,0 +1,111 @@
+"""Cells about an axis: layers, sectors and slices."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gradedesign.arrays import BoolArray, FloatArray
+from gradedesign.errors import CaseError
+from gradedesign.geometry.maps.cell_map import CellMap, along, frame_along
+
+
+def cylindrical_map(
+    *,
+    around: int,
+    radial_size: float,
+    axial_size: float,
+    inner_radius: float,
+    origin: Sequence[float] = (0.0, 0.0, 0.0),
+    axis: Sequence[float] = (0.0, 0.0, 1.0),
+    reference: Sequence[float] | None = None,
+) -> CellMap:
+    """Map of cells about an axis: u = (radius, angle, height).
+
+    Parameters
+    ----------
+    around : int
+        Whole number of cells in a turn, so that the last joins the first.
+    radial_size, axial_size : float, mm
+        Edges of a cell along the radius and the axis. The third edge is ``2 pi r / around``.
+    inner_radius : float, mm
+        A layer of cells begins here, and nearer the axis the map is refused: cells would become
+        wedges and then nothing.
+    origin : (3,) sequence, mm
+        On the axis; a slice of cells begins here.
+    axis : (3,) sequence
+    reference : (3,) sequence, optional
+        Direction of angle 0, see :func:`gradedesign.geometry.maps.cell_map.frame_along`.
+
+    Returns
+    -------
+    CellMap
+        Its second coordinate jumps by ``around``, a whole number, at half a turn from the
+        reference: invisible to periodic cells.
+
+    Raises
+    ------
+    CaseError
+        If a size, the radius or the number of cells is impossible.
+    """
+    count = whole_cells(around, "around the axis")
+    for name, value in (
+        ("radial size", radial_size),
+        ("axial size", axial_size),
+        ("inner radius", inner_radius),
+    ):
+        if not (np.isfinite(value) and value > 0):
+            raise CaseError(f"the cylindrical map's {name} is {value:g} mm; use a positive length")
+    frame = frame_along(axis, reference)
+    start = np.asarray(origin, dtype=np.float64)
+    turn = count / (2 * np.pi)
+
+    def local(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        x = np.asarray(points, dtype=np.float64)
+        a, b, height = np.tensordot(frame.T, x - along(start, x), axes=1)
+        return a, b, height, np.hypot(a, b)
+
+    def coordinates(points: FloatArray) -> FloatArray:
+        a, b, height, radius = local(points)
+        layer = (radius - inner_radius) / radial_size
+        return np.stack([layer, turn * np.arctan2(b, a), height / axial_size])
+
+    def jacobian(points: FloatArray) -> FloatArray:
+        a, b, _, radius = local(points)
+        # On the axis itself the direction is arbitrary and the derivative infinite.
+        r = np.maximum(radius, 1e-300)
+        cosine, sine = np.where(radius > 0, a / r, 1.0), b / r
+        zero = np.zeros_like(r)
+        rows = [
+            np.stack([cosine, sine, zero]) / radial_size,
+            np.stack([-sine, cosine, zero]) * (turn / r),
+            np.stack([zero, zero, zero + 1.0]) / axial_size,
+        ]
+        return np.stack([np.tensordot(frame, row, axes=1) for row in rows])
+
+    def singular(points: FloatArray) -> BoolArray:
+        return np.asarray(local(points)[3] < inner_radius * (1 - 1e-9))
+
+    middle = 2 * np.pi * (inner_radius + 0.5 * radial_size) / count
+    return CellMap(
+        name="cylindrical",
+        coordinates=coordinates,
+        jacobian=jacobian,
+        size=float((radial_size * middle * axial_size) ** (1 / 3)),
+        singular=singular,
+        singular_name=f"its axis, nearer than the inner radius of {inner_radius:g} mm",
+    )
+
+
+def whole_cells(count: float, where: str) -> int:
+    """Check a number of cells that must close on themselves.
+
+    Raises
+    ------
+    CaseError
+        If it is not a whole number of at least 1.
+    """
+    if not (np.isfinite(count) and count == round(count) and count >= 1):
+        raise CaseError(f"{count:g} cells {where} do not join up; use a whole number of at least 1")
+    return round(count)

@@ -1,0 +1,208 @@
+"""Cell size from relative density: walls of one thickness, or size and wall together.
+
+With ``r = wall / size`` the density of a cell fixes r, and a grading says which of wall and size
+follows: the size kept (the wall is ``r size``), the wall kept (``size = wall / r``, "by length"),
+or both changing, small cells where it is dense ("by ratio").
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.errors import CaseError, DensityError
+from gradedesign.geometry.cell.cell import Cell
+from gradedesign.geometry.cell.wall_size import wall_mm
+
+#: Rounding that is not held against a density or a ratio at the end of its range.
+_SLACK = 1e-6
+
+
+def wall_ratio(cell: Cell, rho: FloatArray | float) -> FloatArray:
+    """Thinnest wall over cell size at a relative density ``(...)``, from its calibration.
+
+    Raises
+    ------
+    DensityError
+        If a density is outside the cell's window.
+    """
+    return wall_mm(cell, rho, 1.0)
+
+
+def size_for_wall(
+    ratio: FloatArray | float, wall: float, limits: tuple[float, float] | None = None
+) -> FloatArray:
+    """Cell size at which walls of one thickness give the ratio, ``wall / ratio``.
+
+    Parameters
+    ----------
+    ratio : (...) array
+        Wall over size.
+    wall : float, mm
+    limits : (float, float), optional, mm
+        Least and largest size that may come out.
+
+    Returns
+    -------
+    (...) array, mm
+
+    Raises
+    ------
+    CaseError
+        If the wall is not positive.
+    DensityError
+        If a ratio is not positive, or a size is outside the limits.
+
+    References
+    ----------
+    Ramirez Salazar 2022, 3.2.3, scenario "length".
+    """
+    if not (np.isfinite(wall) and wall > 0):
+        raise CaseError(f"the wall is {wall:g} mm; use a positive thickness")
+    r = np.asarray(ratio, dtype=np.float64)
+    if not (r > 0).all():
+        raise DensityError(
+            f"wall over cell size goes down to {r.min():g}: no cell is that light with a wall of "
+            f"{wall:g} mm; raise the lower density bound"
+        )
+    size = wall / r
+    if limits is not None and not _within(size, limits):
+        raise DensityError(
+            f"walls of {wall:g} mm need cells of {size.min():.4g} to {size.max():.4g} mm at the "
+            f"densities asked for, but {limits[0]:g} to {limits[1]:g} mm are allowed; narrow the "
+            f"densities, or change the wall or the sizes"
+        )
+    return np.asarray(size)
+
+
+def size_by_ratio(
+    ratio: FloatArray | float, sizes: tuple[float, float], ratios: tuple[float, float]
+) -> FloatArray:
+    """Cell size that falls as the wall grows, ``1/L`` linear in the ratio.
+
+    Parameters
+    ----------
+    ratio : (...) array
+        Wall over size; the wall is then ``ratio * size``.
+    sizes : (float, float), mm
+        Smallest cell, at the largest ratio, and largest cell, at the smallest.
+    ratios : (float, float)
+        Smallest and largest ratio.
+
+    Returns
+    -------
+    (...) array, mm
+
+    Raises
+    ------
+    CaseError
+        If a range is empty.
+    DensityError
+        If a ratio is outside its range.
+
+    References
+    ----------
+    Ramirez Salazar 2022, eq. 3.15.
+    """
+    (small, large), (least, most) = sizes, ratios
+    if not 0 < small <= large < np.inf:
+        raise CaseError(
+            f"cell sizes from {small:g} to {large:g} mm; expected 0 < smallest <= largest"
+        )
+    if not 0 <= least < most < np.inf:
+        raise CaseError(
+            f"wall over cell size from {least:g} to {most:g}; expected two different numbers, the "
+            f"smaller first: give a range of densities"
+        )
+    r = np.asarray(ratio, dtype=np.float64)
+    _require_within(r, ratios, "wall over cell size")
+    share = np.clip((most - r) / (most - least), 0.0, 1.0)
+    return np.asarray(1 / (1 / small + (1 / large - 1 / small) * share))
+
+
+def densities_for_sizes(
+    cell: Cell,
+    wall: float,
+    sizes: tuple[float, float],
+) -> tuple[float, float]:
+    """Densities at which walls of one thickness give a cell size within limits.
+
+    Parameters
+    ----------
+    cell : Cell
+    wall : float, mm
+    sizes : (float, float), mm
+        Least and largest.
+
+    Returns
+    -------
+    (float, float)
+
+    Raises
+    ------
+    DensityError
+        If no density of the cell does.
+    """
+    density = np.linspace(*cell.window, 4001)
+    ratio = wall_ratio(cell, density)
+    fits = (ratio >= wall / sizes[1]) & (ratio <= wall / sizes[0])
+    if not fits.any():
+        possible = wall / ratio[ratio > 0]
+        raise DensityError(
+            f"walls of {wall:g} mm make cells of '{cell.name}' between {possible.min():.4g} and "
+            f"{possible.max():.4g} mm large, but {sizes[0]:g} to {sizes[1]:g} mm are allowed; "
+            f"change the wall or the sizes"
+        )
+    return float(density[fits][0]), float(density[fits][-1])
+
+
+def size_field_for_wall(
+    density: Field,
+    cell: Cell,
+    wall: float,
+    limits: tuple[float, float] | None = None,
+) -> Field:
+    """Cell size field that keeps the wall, points ``(3, ...)`` mm to ``(...)`` mm.
+
+    Parameters are those of `wall_ratio` and `size_for_wall`; ``density`` maps points to relative
+    densities. The field raises what they raise.
+    """
+
+    def size_of(points: FloatArray) -> FloatArray:
+        return size_for_wall(wall_ratio(cell, density(points)), wall, limits)
+
+    return size_of
+
+
+def size_field_by_ratio(
+    density: Field,
+    cell: Cell,
+    sizes: tuple[float, float],
+    densities: tuple[float, float],
+) -> Field:
+    """Cell size field by the ratio rule, points ``(3, ...)`` mm to ``(...)`` mm.
+
+    Parameters are those of `wall_ratio` and `size_by_ratio`; ``densities`` are the lowest, with
+    the largest cells, and the highest.
+    """
+    least, most = (float(wall_ratio(cell, rho)) for rho in densities)
+
+    def size_of(points: FloatArray) -> FloatArray:
+        return size_by_ratio(wall_ratio(cell, density(points)), sizes, (least, most))
+
+    return size_of
+
+
+def _within(values: FloatArray, limits: tuple[float, float]) -> bool:
+    """Whether all values, up to rounding, lie between the limits."""
+    slack = _SLACK * abs(limits[1])
+    return bool(((values >= limits[0] - slack) & (values <= limits[1] + slack)).all())
+
+
+def _require_within(values: FloatArray, limits: tuple[float, float], quantity: str) -> None:
+    """Refuse values outside a range."""
+    if not _within(values, limits):
+        raise DensityError(
+            f"{quantity} goes from {values.min():.4g} to {values.max():.4g}, expected "
+            f"{limits[0]:.4g} to {limits[1]:.4g}; narrow the densities"
+        )

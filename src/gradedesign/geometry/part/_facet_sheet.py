@@ -1,0 +1,142 @@
+"""The facets of a surface as the search for cylinders and cones takes them, from seed to seed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.geometry.part._clusters import Clusters
+from gradedesign.geometry.part._edges import face_edges
+from gradedesign.geometry.triangles.surface_mesh import corner_points
+
+#: Facets around a seed that a first fit takes. Chosen, not measured.
+_AROUND = 60
+#: Facets about a seed without a find that are no seeds themselves: two rings. Of more, a seed
+#: beside the rim would use up a face's own.
+_GIVEN_UP = 10
+#: Neighbours across sharper edges than this are not looked at for a first fit, cosine. Chosen, not
+#: measured.
+_CORNER = np.cos(np.radians(60.0))
+#: Flat faces above this share of the surface are no facets of a curved one. Chosen, not measured.
+_FLAT_FACE = 0.02
+
+
+class _Find(Protocol):
+    @property
+    def facets(self) -> IntArray: ...
+
+
+FindT = TypeVar("FindT", bound=_Find)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FacetSheet:
+    """Facets of a surface with their neighbours.
+
+    Attributes
+    ----------
+    clusters : Clusters
+    corners : (m, 3, 3) array, mm
+    pairs : (e, 2) int array
+        Facets that share an edge.
+    lengths : (e,) array, mm
+        Of these edges.
+    around : tuple of int arrays
+        Neighbours of each facet but across sharp edges.
+    flat : (m,) bool array
+        Facets of large flat faces, which no search takes.
+    """
+
+    clusters: Clusters
+    corners: FloatArray
+    pairs: IntArray
+    lengths: FloatArray
+    around: tuple[IntArray, ...]
+    flat: BoolArray
+
+
+def large_flat(clusters: Clusters, label: IntArray, kinds: list[str]) -> BoolArray:
+    """Facets ``(m,)`` of large flat faces, of faces ``label`` ``(m,)`` of these kinds."""
+    areas = np.bincount(label, clusters.facet_areas)
+    plane = np.array([kind == "plane" for kind in kinds])
+    return np.asarray((plane & (areas > _FLAT_FACE * areas.sum()))[label])
+
+
+def facet_sheet(clusters: Clusters, flat: BoolArray) -> FacetSheet:
+    """Gather facets, of which some ``(m,)`` belong to large flat faces."""
+    faces = clusters.surface.faces
+    edges = face_edges(faces)
+    ends = clusters.surface.vertices[edges.ends[edges.pair_edge]]
+    normals = clusters.facet_normals
+    first, second = edges.pairs.T
+    smooth = (normals[first] * normals[second]).sum(axis=1) >= _CORNER
+    both = np.concatenate([edges.pairs[smooth], edges.pairs[smooth][:, ::-1]])
+    order = np.argsort(both[:, 0], kind="stable")
+    limits = np.cumsum(np.bincount(both[:, 0], minlength=len(faces)))[:-1]
+    return FacetSheet(
+        clusters=clusters,
+        corners=corner_points(clusters.surface),
+        pairs=edges.pairs,
+        lengths=np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
+        around=tuple(np.split(both[order, 1], limits)),
+        flat=flat,
+    )
+
+
+def from_seeds(
+    sheet: FacetSheet,
+    free: BoolArray,
+    taken: BoolArray,
+    find: Callable[[IntArray], FindT | None],
+) -> list[FindT]:
+    """Faces that ``find`` grows from the facets around seeds, the largest facets first.
+
+    Parameters
+    ----------
+    sheet : FacetSheet
+    free : (m,) bool array
+        Facets that may be seeds.
+    taken : (m,) bool array
+        Facets of other faces, which are not looked at beside a seed.
+    find : callable
+        From facets, the seed first, to a face that holds ``facets``, or None.
+    """
+    free = free.copy()
+    seeds = np.flatnonzero(free)
+    seeds = seeds[np.argsort(-sheet.clusters.facet_areas[seeds], kind="stable")]
+    finds: list[FindT] = []
+    for seed in seeds.tolist():
+        if not free[seed]:
+            continue
+        near = _near(sheet, seed, taken)
+        found = find(near)
+        free[near[:_GIVEN_UP] if found is None else found.facets] = False
+        if found is not None:
+            finds.append(found)
+    return finds
+
+
+def connected_facets(sheet: FacetSheet, mask: BoolArray, facets: IntArray) -> IntArray:
+    """Facets of a mask that are connected to most of the given facets."""
+    joined = sheet.pairs[mask[sheet.pairs].all(axis=1)]
+    graph = coo_array(
+        (np.ones(len(joined), dtype=np.int8), tuple(joined.T)), shape=(len(mask), len(mask))
+    )
+    part = connected_components(graph, directed=False)[1]
+    return np.flatnonzero(mask & (part == np.bincount(part[facets[mask[facets]]]).argmax()))
+
+
+def _near(sheet: FacetSheet, seed: int, taken: BoolArray) -> IntArray:
+    """Free facets around one facet, ring by ring, the facet itself first."""
+    near, front = [seed], [seed]
+    while front and len(near) < _AROUND:
+        beside = {j for k in front for j in sheet.around[k].tolist()}.difference(near)
+        front = sorted(j for j in beside if not taken[j])
+        near += front
+    return np.array(near)

@@ -1,0 +1,233 @@
+"""The part: a closed surface, its smooth faces and the regions the case names on it."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+from gradedesign.common.values.locate import locating
+from gradedesign.common.values.suggest import instead
+from gradedesign.design.case.schema import CaseIdentity, ShapeSpec
+from gradedesign.errors import CaseError
+from gradedesign.geometry.part._region_notes import region_notes
+from gradedesign.geometry.part.bodies import bodies_with, stated_bodies
+from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.part.exact_faces import exact_faces
+from gradedesign.geometry.part.file_body import FileBody
+from gradedesign.geometry.part.file_faces import FileFaces, carried
+from gradedesign.geometry.part.mended import Mend, mended, require_kept_bodies
+from gradedesign.geometry.part.place_schema import BodySpec
+from gradedesign.geometry.part.raw_triangles import UNIT_MM, RawTriangles, in_mm
+from gradedesign.geometry.part.regions import Region, select_regions
+from gradedesign.geometry.part.repair import RepairReport, build_surface
+from gradedesign.geometry.part.smooth_faces import SmoothFaces, segment_faces
+from gradedesign.geometry.part.unit_question import questioning_unit
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
+
+log = logging.getLogger(__name__)
+
+#: Reads one file format.
+Reader: TypeAlias = Callable[[Path], RawTriangles]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Part:
+    """The solid part.
+
+    Attributes
+    ----------
+    surface : SurfaceMesh
+        Closed, outward.
+    find_faces : callable
+        Its smooth faces, found when they are asked for first; ``faces`` calls it.
+    file_faces : FileFaces or None
+        Faces, names and colours of the file on the triangles of ``surface``.
+    units : str or None
+        Unit in which the file was read; None for a box.
+    chord_tolerance : float or None, mm
+        Within which the triangles follow the curved faces of the file, where it has them.
+    regions : mapping of str to Region
+        In the order of the case.
+    volume : float, mm^3
+    diagonal : float, mm
+        Of the bounding box.
+    source : str
+        Name of the file, or ``box``.
+    report : RepairReport
+        Repairs, with all warnings of reading.
+    bodies : mapping of BodySpec to SurfaceMesh
+        Closed surfaces of the bodies that the case names.
+    file_bodies : tuple of FileBody
+        Bodies of the file that were subtracted from the part or left out of it.
+    """
+
+    surface: SurfaceMesh
+    find_faces: Callable[[], SmoothFaces]
+    file_faces: FileFaces | None
+    units: str | None
+    chord_tolerance: float | None
+    regions: Mapping[str, Region]
+    volume: float
+    diagonal: float
+    source: str
+    report: RepairReport
+    bodies: Mapping[BodySpec, SurfaceMesh] = field(default_factory=dict)
+    file_bodies: tuple[FileBody, ...] = ()
+
+    @property
+    def faces(self) -> SmoothFaces:
+        """Smooth faces of the surface."""
+        return self.find_faces()
+
+
+def read_part(case: CaseIdentity, readers: Mapping[str, Reader], mend: Mend | None = None) -> Part:
+    """Read or build the part of a case and find its regions.
+
+    Parameters
+    ----------
+    case : CaseIdentity
+    readers : mapping of str to callable
+        By lower-case suffix, such as ``".stl"``.
+    mend : callable, optional
+        The repairer that ``[part] repair`` names, where it is a plugin's.
+
+    Returns
+    -------
+    Part
+
+    Raises
+    ------
+    CaseError
+        If no reader takes the file, its unit is missing, or a region cannot be found.
+    PartError
+        If the geometry is damaged beyond what ``repair`` allows.
+    """
+    start = time.perf_counter()
+    spec = case.part
+    file_faces: FileFaces | None = None
+    units: str | None = None
+    chord_tolerance: float | None = None
+    file_bodies: tuple[FileBody, ...] = ()
+    if spec.file is not None:
+        raw, units = _read_file("part", spec.units, spec.file, readers)
+        source, chord_tolerance = spec.file.name, raw.chord_tolerance
+        file_bodies = raw.file_bodies
+        surface, report, moved = _built(spec, raw, mend, source)
+        if raw.faces is not None:
+            tolerance = max(10.0 * report.weld_tolerance, moved)
+            file_faces = carried(raw.faces, raw.corners, surface, tolerance=tolerance)
+        report = replace(report, warnings=(*raw.warnings, *report.warnings))
+    elif spec.box is not None:
+        box = corner_points(box_surface(spec.box))
+        surface, report = build_surface(box, source="box")
+        source = "box"
+    else:
+        raise CaseError('part: neither file nor box is given; add e.g. file = "part.stl"')
+
+    @cache
+    def find_faces() -> SmoothFaces:
+        if file_faces is not None and file_faces.surfaces:
+            return exact_faces(surface, file_faces)
+        return segment_faces(surface)
+
+    regions = {}
+    if case.region:
+        with questioning_unit(surface, case.region, file_faces, units):
+            regions = select_regions(surface, find_faces(), case.region, file_faces)
+    bodies, notes = _bodies(case, surface, regions, readers)
+    notes = [*region_notes(regions, case.region), *notes]
+    part = Part(
+        surface=surface,
+        find_faces=find_faces,
+        file_faces=file_faces,
+        units=units,
+        chord_tolerance=chord_tolerance,
+        regions=regions,
+        volume=enclosed_volume(surface),
+        diagonal=float(np.linalg.norm(np.ptp(surface.vertices, axis=0))),
+        source=source,
+        report=replace(report, warnings=(*report.warnings, *notes)),
+        bodies=bodies,
+        file_bodies=file_bodies,
+    )
+    log.info(
+        "%s: %.4g mm^3, %d triangles, %.2f s",
+        source,
+        part.volume,
+        len(surface.faces),
+        time.perf_counter() - start,
+    )
+    return part
+
+
+def _built(
+    spec: ShapeSpec, raw: RawTriangles, mend: Mend | None, source: str
+) -> tuple[SurfaceMesh, RepairReport, float]:
+    """The surface as gradedesign or a repairer mends it, and how far it was moved, mm."""
+    if mend is None:
+        surface, report = build_surface(
+            raw.corners, repair=spec.repair, bodies=spec.bodies, source=source
+        )
+        return surface, report, 0.0
+    made = mended(raw.corners, mend, name=spec.repair, source=source)
+    surface, report = build_surface(made.corners, bodies=spec.bodies, source=source)
+    counts = {key: count + getattr(report, key) for key, count in made.counts.items()}
+    joined = require_kept_bodies(
+        raw.corners, report.bodies, bodies=spec.bodies, name=spec.repair, source=source
+    )
+    notes = (*made.notes, *joined, *report.warnings)
+    report = replace(
+        report, facets_read=len(raw.corners), repairer=made.changes, warnings=notes, **counts
+    )
+    return surface, report, made.moved
+
+
+def _bodies(
+    case: CaseIdentity,
+    surface: SurfaceMesh,
+    regions: Mapping[str, Region],
+    readers: Mapping[str, Reader],
+) -> tuple[dict[BodySpec, SurfaceMesh], list[str]]:
+    """Bodies that the case names, and remarks on reading them."""
+    bodies: dict[BodySpec, SurfaceMesh] = {}
+    notes: list[str] = []
+    for key, body in stated_bodies(case).items():
+        if body.region is not None:
+            with locating(case.where, f"{key}.region"):
+                bodies[body] = bodies_with(surface, regions[body.region].triangles)
+        elif body.file is not None:
+            with locating(case.where, f"{key}.file"):
+                raw, _ = _read_file(key, body.units, body.file, readers)
+                bodies[body], report = build_surface(
+                    raw.corners, bodies="all", source=body.file.name
+                )
+            notes += [*raw.warnings, *report.warnings]
+    return bodies, notes
+
+
+def _read_file(
+    key: str, units: str | None, path: Path, readers: Mapping[str, Reader]
+) -> tuple[RawTriangles, str]:
+    """Triangles of a file in mm, and the unit that it was read in."""
+    read = readers.get(path.suffix.lower())
+    if read is None:
+        near = instead(path.suffix.lower(), sorted(readers), label="readable")
+        raise CaseError(f"{key}.file: found {path.name}, which no reader takes; {near}")
+    raw = read(path)
+    unit = units or raw.unit
+    if unit is None:
+        raise CaseError(
+            f"{key}.units: missing; {path.name} carries no unit, state one of {', '.join(UNIT_MM)}"
+        )
+    scaled = in_mm(raw, unit, path.name)
+    if raw.unit not in (None, unit):
+        warning = f"{path.name}: read in {unit} as {key}.units says, though its unit is {raw.unit}"
+        scaled = replace(scaled, warnings=(*scaled.warnings, warning))
+    return scaled, unit

@@ -1,0 +1,1 @@
+"""Tetrahedral meshes: the mesher in its own process, quality, location of points."""

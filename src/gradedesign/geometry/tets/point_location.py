@@ -1,0 +1,141 @@
+"""Search for the tetrahedron that holds a point, with the point's coordinates in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.errors import MeshError
+from gradedesign.geometry.tets import _point_location_kernels as kernels
+from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_facets
+from gradedesign.geometry.triangles.closest import (
+    TriangleTree,
+    build_triangle_tree,
+    closest_triangles,
+)
+
+#: Tetrahedra per bin of the grid, on average, were they spread evenly. Chosen, not measured.
+PER_BIN = 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TetLocator:
+    """Tetrahedra sorted into the bins of a uniform grid.
+
+    Attributes
+    ----------
+    points : (n, 3) array, mm
+    tets : (m, 4) int array
+    lower : (3,) array, mm
+        Lower corner of the grid.
+    size : float, mm
+        Edge of a bin.
+    shape : (3,) int array
+        Bins per axis.
+    first, members : int arrays
+        Tetrahedra of bin b are ``members[first[b]:first[b + 1]]``.
+    tree, owners : TriangleTree, (k,) int array
+        The boundary facets and the tetrahedra behind them.
+    """
+
+    points: FloatArray
+    tets: IntArray
+    lower: FloatArray
+    size: float
+    shape: IntArray
+    first: IntArray
+    members: NDArray[np.int32]
+    tree: TriangleTree
+    owners: IntArray
+
+
+def build_locator(mesh: TetMesh) -> TetLocator:
+    """Sort the tetrahedra of a mesh for :func:`locate`.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is empty.
+    """
+    m = mesh.tets.shape[1]
+    if m == 0:
+        raise MeshError("point location: the mesh has no tetrahedra")
+    points = np.ascontiguousarray(mesh.points.T)
+    tets = np.ascontiguousarray(mesh.tets.T)
+    used = mesh.points[:, np.unique(mesh.tets)]
+    lower = used.min(axis=1)
+    extent = used.max(axis=1) - lower
+    size = float((extent.prod() * PER_BIN / m) ** (1 / 3))
+    shape = np.maximum(np.ceil(extent / size), 1).astype(np.int64)
+    first = np.zeros(int(shape.prod()) + 1, dtype=np.int64)
+    members = np.zeros(0, dtype=np.int32)
+    kernels.bin_tets(False, points, tets, lower, size, shape, first[1:], members)
+    np.cumsum(first, out=first)
+    members = np.zeros(int(first[-1]), dtype=np.int32)
+    kernels.bin_tets(True, points, tets, lower, size, shape, first[:-1].copy(), members)
+    facets, owners = boundary_facets(mesh)
+    return TetLocator(
+        points=points,
+        tets=tets,
+        lower=lower,
+        size=size,
+        shape=shape,
+        first=first,
+        members=members,
+        tree=build_triangle_tree(points[facets]),
+        owners=owners,
+    )
+
+
+def locate(
+    mesh: TetMesh, points: FloatArray, *, locator: TetLocator | None = None
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Find the tetrahedron of every point, or the nearest one.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+    points : (3, n) array, mm
+    locator : TetLocator, optional
+        Of the same mesh, from :func:`build_locator`, where it is asked more than once.
+
+    Returns
+    -------
+    tets : (n,) int array
+        The lowest number where a point lies on a shared facet.
+    barycentric : (4, n) array
+        Coordinates that sum to 1; of a point outside, those of the nearest point of the mesh.
+    distance : (n,) array, mm
+        0 inside, distance to the mesh outside: refuse what is farther than makes sense.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is empty.
+    ValueError
+        If a point is not finite or the shape is wrong.
+    """
+    queries = np.array(points, dtype=np.float64, order="C")
+    if queries.ndim != 2 or len(queries) != 3:
+        raise ValueError(f"points have shape {queries.shape}, expected (3, n)")
+    if not np.isfinite(queries).all():
+        raise ValueError(f"{np.count_nonzero(~np.isfinite(queries))} coordinates are not finite")
+    at = build_locator(mesh) if locator is None else locator
+    n = queries.shape[1]
+    owner = np.zeros(n, dtype=np.int64)
+    kernels.find_tets(
+        at.points, at.tets, at.lower, at.size, at.shape, at.first, at.members, queries, owner
+    )
+    distance = np.zeros(n)
+    outside = np.flatnonzero(owner < 0)
+    if len(outside):
+        far, facet, nearest = closest_triangles(at.tree, queries[:, outside])
+        owner[outside] = at.owners[facet]
+        distance[outside] = far
+        queries[:, outside] = nearest
+    weights = np.zeros((4, n))
+    kernels.weigh(at.points, at.tets, owner, queries, weights)
+    return owner, weights, distance

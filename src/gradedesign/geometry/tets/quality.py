@@ -1,0 +1,155 @@
+"""Checks of a tetrahedral mesh before it is analysed: volume, angles, orientation, components."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import IntArray
+from gradedesign.errors import MeshError
+from gradedesign.geometry.tets._quality_kernels import label_pieces, largest_cosine
+from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TetReport:
+    """Quality of a tetrahedral mesh.
+
+    Attributes
+    ----------
+    count : int
+        Tetrahedra.
+    volume : float
+        Sum of signed volumes, mm^3.
+    min_dihedral : float
+        Least angle between two faces of a tetrahedron, degrees.
+    pieces : int
+        Parts that hang together through facets; parts that touch in an edge or a vertex are two.
+    inverted : int
+        Tetrahedra without positive volume.
+    crowded : int
+        Facets with more than two tetrahedra: the mesh overlaps itself.
+    """
+
+    count: int
+    volume: float
+    min_dihedral: float
+    pieces: int
+    inverted: int
+    crowded: int
+
+
+def tet_report(mesh: TetMesh) -> TetReport:
+    """Measure a mesh.
+
+    Raises
+    ------
+    MeshError
+        If it has no tetrahedra.
+    """
+    if mesh.tets.shape[1] == 0:
+        raise MeshError("the mesh has no tetrahedra; refine it, or check that its field is inside")
+    volumes = signed_volumes(mesh)
+    largest = largest_cosine(mesh.points, mesh.tets)
+    _, pieces, crowded = label_pieces(mesh.tets, mesh.points.shape[1])
+    return TetReport(
+        count=mesh.tets.shape[1],
+        volume=float(volumes.sum()),
+        min_dihedral=float(np.degrees(np.arccos(largest))),
+        pieces=int(pieces),
+        inverted=int(np.count_nonzero(~(volumes > 0.0))),
+        crowded=int(crowded),
+    )
+
+
+def piece_labels(mesh: TetMesh) -> IntArray:
+    """Number the face-connected pieces.
+
+    Returns
+    -------
+    (m,) int array
+        0, 1, ... in the order of the first tetrahedron of each piece.
+    """
+    labels, _, _ = label_pieces(mesh.tets, mesh.points.shape[1])
+    return labels
+
+
+def without_unused_points(mesh: TetMesh) -> TetMesh:
+    """Return the mesh without the points that no tetrahedron uses, in unchanged order."""
+    used = np.zeros(mesh.points.shape[1], dtype=bool)
+    used[mesh.tets] = True
+    if used.all():
+        return mesh
+    number = np.cumsum(used) - 1
+    return TetMesh(points=mesh.points[:, used], tets=number[mesh.tets])
+
+
+def require_sound(
+    mesh: TetMesh,
+    *,
+    subject: str,
+    expected_volume: float | None = None,
+    volume_tolerance: float = 0.01,
+    pieces: int | None = None,
+    min_dihedral: float | None = None,
+) -> TetReport:
+    """Refuse a mesh that would give wrong results.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+    subject : str
+        Names the mesh in the message: ``the explicit lattice at 0.5 mm``.
+    expected_volume : float, optional
+        mm^3.
+    volume_tolerance : float
+        Largest relative difference from it.
+    pieces : int, optional
+        Number of face-connected pieces that there must be.
+    min_dihedral : float, optional
+        Least angle allowed, degrees.
+
+    Returns
+    -------
+    TetReport
+
+    Raises
+    ------
+    MeshError
+        If there are no tetrahedra, some are inverted or overlap, or a demand is not met; the
+        message names all numbers that are wrong and the remedy of each.
+    """
+    report = tet_report(mesh)
+    faults = []
+    if report.inverted:
+        faults.append(
+            f"{report.inverted} of {report.count} tetrahedra have no positive volume; mesh again "
+            "with a finer size"
+        )
+    if report.crowded:
+        faults.append(
+            f"{report.crowded} facets have more than two tetrahedra, so the mesh overlaps itself; "
+            "repair the surface it comes from"
+        )
+    if expected_volume is not None:
+        error = abs(report.volume - expected_volume) / expected_volume
+        if not error <= volume_tolerance:
+            faults.append(
+                f"its volume is {report.volume:.6g} mm^3, expected {expected_volume:.6g} mm^3 "
+                f"within {volume_tolerance:.3g} (off by {error:.3g}); mesh finer, so that the "
+                "thinnest wall is resolved"
+            )
+    if pieces is not None and report.pieces != pieces:
+        faults.append(
+            f"it has {report.pieces} pieces connected through faces, expected {pieces}; mesh "
+            "finer, make walls thicker, or remove disconnected components"
+        )
+    if min_dihedral is not None and not report.min_dihedral >= min_dihedral:
+        faults.append(
+            f"its least dihedral angle is {report.min_dihedral:.3g} degrees, expected at least "
+            f"{min_dihedral:.3g}; mesh with another size or simplify the surface"
+        )
+    if faults:
+        raise MeshError(f"{subject} is refused: " + "; and ".join(faults))
+    return report

@@ -1,0 +1,182 @@
+"""The closest triangle to a point, by a bounding volume hierarchy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gradedesign.arrays import BoolArray, FloatArray, IntArray, locked, read_only
+from gradedesign.errors import MeshError
+from gradedesign.geometry.triangles import _closest_kernels as kernels
+
+#: Twice the area over the square of the longest side below which a triangle counts as flat. Chosen,
+#: not measured.
+FLAT = 1e-12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TriangleTree:
+    """Triangles sorted into a balanced binary tree of boxes.
+
+    Attributes
+    ----------
+    triangles : (m, 9) array, mm
+        First corner and the two edge vectors from it, sorted by leaf.
+    flat : (m,) bool array
+        Triangles without area, sorted by leaf.
+    order : (m,) int array
+        The triangle in each sorted place.
+    box : (k, 6) array, mm
+        Lower and upper corner of every node's box.
+    right, first, count : (k,) int arrays
+        Right child (-1 in a leaf; the left child follows its parent), range of sorted places.
+    """
+
+    triangles: FloatArray
+    flat: BoolArray
+    order: IntArray
+    box: FloatArray
+    right: IntArray
+    first: IntArray
+    count: IntArray
+
+
+class ClosestPoints(NamedTuple):
+    """Answer of :func:`closest_features`.
+
+    Attributes
+    ----------
+    distance : (n,) array, mm
+    triangle : (n,) int array
+    point : (3, n) array, mm
+        The closest point on that triangle.
+    feature : (n,) int8 array
+        Where on the triangle: 0 face; 1, 2, 3 edges 01, 12, 20; 4, 5, 6 corners 0, 1, 2.
+    """
+
+    distance: FloatArray
+    triangle: IntArray
+    point: FloatArray
+    feature: NDArray[np.int8]
+
+
+def build_triangle_tree(corners: ArrayLike) -> TriangleTree:
+    """Sort triangles into a tree.
+
+    Parameters
+    ----------
+    corners : (m, 3 corners, 3 coordinates) array_like, mm
+
+    Raises
+    ------
+    MeshError
+        If there is no triangle.
+    ValueError
+        If a coordinate is not finite or the shape is wrong.
+    """
+    corners = locked(corners, (None, 3, 3), name="corners")
+    m = len(corners)
+    if m == 0:
+        raise MeshError("closest point: no triangles to search; expected at least 1")
+    order = np.arange(m, dtype=np.int64)
+    nodes = 2 * m
+    box = np.zeros((nodes, 6))
+    right, first, count = (np.zeros(nodes, dtype=np.int64) for _ in range(3))
+    centres = np.ascontiguousarray(corners.mean(axis=1).T)
+    used = kernels.build_tree(corners, centres, order, box, right, first, count)
+    a, b, c = np.moveaxis(corners[order], 1, 0)
+    longest = np.max([((q - p) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
+    flat = np.linalg.norm(np.cross(b - a, c - a), axis=1) <= FLAT * longest
+    return TriangleTree(
+        triangles=np.concatenate([a, b - a, c - a], axis=1),
+        flat=flat,
+        order=order,
+        box=box[:used],
+        right=right[:used],
+        first=first[:used],
+        count=count[:used],
+    )
+
+
+def closest_features(tree: TriangleTree, points: FloatArray) -> ClosestPoints:
+    """Closest point on the triangles, and whether it lies on a face, an edge or a corner.
+
+    Parameters
+    ----------
+    tree : TriangleTree
+    points : (3, n) array, mm
+
+    Returns
+    -------
+    ClosestPoints
+        The same for any number of threads.
+
+    Raises
+    ------
+    ValueError
+        If a point is not finite or the shape is wrong.
+    """
+    points = _checked(points)
+    n = points.shape[1]
+    distance, closest = np.zeros(n), np.zeros((3, n))
+    triangle, feature = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int8)
+    kernels.find_closest(
+        tree.triangles,
+        tree.flat,
+        tree.box,
+        tree.right,
+        tree.first,
+        tree.count,
+        tree.order,
+        points,
+        distance,
+        triangle,
+        closest,
+        feature,
+    )
+    return ClosestPoints(distance, triangle, closest, feature)
+
+
+def closest_triangles(
+    tree: TriangleTree, points: FloatArray
+) -> tuple[FloatArray, IntArray, FloatArray]:
+    """Distance (n,) in mm, triangle index (n,) and closest point (3, n) in mm of each point."""
+    distance, triangle, point, _ = closest_features(tree, points)
+    return distance, triangle, point
+
+
+def distance_within(tree: TriangleTree, points: FloatArray, reach: float) -> FloatArray:
+    """Distance of points ``(3, n)`` to the triangles, mm, or ``reach`` beyond it, ``(n,)``.
+
+    Raises
+    ------
+    ValueError
+        If a point is not finite or the shape is wrong.
+    """
+    points = _checked(points)
+    distance = np.zeros(points.shape[1])
+    kernels.find_distance(
+        tree.triangles,
+        tree.flat,
+        tree.box,
+        tree.right,
+        tree.first,
+        tree.count,
+        points,
+        reach,
+        distance,
+    )
+    return distance
+
+
+def _checked(points: FloatArray) -> FloatArray:
+    """Points of shape (3, n), all finite, contiguous."""
+    points = read_only(np.asarray(points, dtype=np.float64))
+    if points.ndim != 2 or len(points) != 3:
+        raise ValueError(f"points have shape {points.shape}, expected (3, n)")
+    if not np.isfinite(points).all():
+        raise ValueError(f"{np.count_nonzero(~np.isfinite(points))} coordinates are not finite")
+    return points

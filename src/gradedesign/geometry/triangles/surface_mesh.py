@@ -1,0 +1,75 @@
+"""A stored triangle surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.geometry.triangles._surface_mesh_kernels import signed_volume
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SurfaceMesh:
+    """Triangles over shared vertices, outward oriented where closed.
+
+    Attributes
+    ----------
+    vertices : (n, 3) array, mm
+    faces : (m, 3) int array
+        Vertex indices, counter-clockwise seen from outside.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", locked(self.vertices, (None, 3), name="vertices"))
+        object.__setattr__(
+            self, "faces", locked(self.faces, (None, 3), dtype=np.int64, name="faces")
+        )
+        if self.faces.size and (self.faces.min() < 0 or self.faces.max() >= len(self.vertices)):
+            raise ValueError(
+                f"faces refer to vertices {self.faces.min()} to {self.faces.max()}, "
+                f"but there are {len(self.vertices)}"
+            )
+
+
+def corner_points(surface: SurfaceMesh) -> FloatArray:
+    """Corners of every triangle, ``(m, 3 corners, 3 coordinates)``, mm."""
+    return surface.vertices[surface.faces]
+
+
+def area_vectors(surface: SurfaceMesh) -> FloatArray:
+    """Outward normals times area, ``(m, 3)``, mm^2."""
+    a, b, c = np.moveaxis(corner_points(surface), 1, 0)
+    return 0.5 * np.cross(b - a, c - a)
+
+
+def enclosed_volume(surface: SurfaceMesh) -> float:
+    """Signed enclosed volume by the divergence theorem, mm^3; positive if normals point out."""
+    if len(surface.faces) == 0:
+        return 0.0
+    return float(signed_volume(surface.vertices, surface.faces))
+
+
+def enclosed_centroid(surface: SurfaceMesh) -> FloatArray:
+    """Centroid of the enclosed volume by the divergence theorem, ``(3,)``, mm."""
+    middle = surface.vertices.mean(axis=0)
+    a, b, c = np.moveaxis(corner_points(surface) - middle, 1, 0)
+    volumes = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
+    return np.asarray(middle + volumes @ (a + b + c) / (4.0 * volumes.sum()))
+
+
+def open_edge_count(surface: SurfaceMesh) -> int:
+    """Count directed edges without their opposite: 0 for a closed, consistently oriented mesh."""
+    f = surface.faces
+    edges = np.concatenate([f[:, [0, 1]], f[:, [1, 2]], f[:, [2, 0]]])
+    n = len(surface.vertices)
+    forward = edges[:, 0] * n + edges[:, 1]
+    backward = edges[:, 1] * n + edges[:, 0]
+    keys, counts = np.unique(np.concatenate([forward, backward]), return_counts=True)
+    directed, directed_counts = np.unique(forward, return_counts=True)
+    matched = counts[np.searchsorted(keys, directed)]
+    return int(np.count_nonzero((matched != 2) | (directed_counts != 1)))

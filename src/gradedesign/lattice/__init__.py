@@ -1,1 +1,0 @@
-"""Composing fields: trim, skin; sampling in bricks; surface."""

@@ -1,1 +1,0 @@
-"""Placement of cells in a part: the design domain, the cell map, sizes and rotations."""

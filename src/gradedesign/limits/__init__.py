@@ -1,1 +1,0 @@
-"""Limits: what a design must not exceed, one file for each kind."""

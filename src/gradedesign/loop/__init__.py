@@ -1,1 +1,0 @@
-"""Iterations of sizing and explicit analysis with correction and acceptance, and their end."""

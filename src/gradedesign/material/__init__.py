@@ -1,1 +1,0 @@
-"""Base materials and the records of scaling laws."""

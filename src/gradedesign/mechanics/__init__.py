@@ -1,0 +1,1 @@
+"""Materials, analyses, limits and sizing: no case, no run."""

@@ -1,0 +1,1 @@
+"""Explicit analyses of a printed solid: their protocol, the built-in one, their measures."""

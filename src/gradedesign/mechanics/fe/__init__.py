@@ -1,0 +1,1 @@
+"""Elasticity on tetrahedra with scikit-fem: loads, supports, stiffness, solution, stress."""

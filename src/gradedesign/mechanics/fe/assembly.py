@@ -1,0 +1,248 @@
+"""Stiffness of a space as a block-sparse matrix, in two passes.
+
+The pattern is found once per space and reused for every stiffness. Degree of freedom
+``3 * node + component`` is scikit-fem's. Integrals are exact: with straight sides the integrand is
+quadratic at most, and the four-point rule integrates that exactly.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import bsr_matrix
+
+from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.errors import ResourceError, SolverError
+from gradedesign.mechanics.fe._assembly_kernels import (
+    block_pattern,
+    elements_of_nodes,
+    stiffness_blocks,
+    stiffness_blocks_of_moments,
+)
+from gradedesign.mechanics.fe._energy_kernels import element_energies, element_energies_of_moments
+from gradedesign.mechanics.fe._isotropic_kernels import isotropic_blocks
+from gradedesign.mechanics.fe._space_kernels import LOCAL_EDGES
+from gradedesign.mechanics.fe.element_points import barycentric, shape_derivatives
+from gradedesign.mechanics.fe.space import TetSpace
+from gradedesign.mechanics.fe.stiffness import (
+    GaussStiffness,
+    MomentStiffness,
+    Stiffness,
+    element_count,
+    kernel_coefficients,
+    moment_coefficients,
+)
+from gradedesign.mechanics.solver._multigrid_kernels import multiply
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AssemblyPattern:
+    """Sparsity pattern of the blocks of a space's stiffness.
+
+    Attributes
+    ----------
+    space : TetSpace
+    row : (n + 1,) int32 array
+        First block of every node's row.
+    column : (n_blocks,) int32 array
+        Node of every block, ascending within a row.
+    incidence : tuple of arrays
+        Elements at every node: start ``(n + 1,)``, element and local node.
+    """
+
+    space: TetSpace
+    row: NDArray[np.int32]
+    column: NDArray[np.int32]
+    incidence: tuple[IntArray, NDArray[np.int32], NDArray[np.int8]]
+
+
+def assembly_pattern(space: TetSpace) -> AssemblyPattern:
+    """Find the sparsity pattern of a space.
+
+    Raises
+    ------
+    ResourceError
+        If the matrix has more blocks than 32-bit indices can count.
+    """
+    incidence = elements_of_nodes(space.elements, space.node_count)
+    row, column = block_pattern(space.elements, incidence[0], incidence[1])
+    if 9 * column.size > 8 * np.iinfo(np.int32).max:
+        raise ResourceError(
+            f"the stiffness of {space.dof_count} unknowns has {column.size} blocks, more than "
+            f"32-bit indices allow; use a coarser mesh"
+        )
+    return AssemblyPattern(
+        space=space, row=row.astype(np.int32), column=column, incidence=incidence
+    )
+
+
+def assemble(pattern: AssemblyPattern, stiffness: Stiffness) -> bsr_matrix:
+    """Assemble the stiffness matrix, without supports.
+
+    Parameters
+    ----------
+    pattern : AssemblyPattern
+    stiffness : Stiffness
+
+    Returns
+    -------
+    bsr_matrix
+        ``(3 n, 3 n)`` with 3 by 3 blocks and sorted columns, N/mm.
+
+    Raises
+    ------
+    SolverError
+        If `stiffness` is for another number of elements.
+    """
+    space = pattern.space
+    _require_matching(space, stiffness)
+    if isinstance(stiffness, GaussStiffness | MomentStiffness):
+        blocks = stiffness_blocks_of_moments(
+            space.nodes,
+            space.elements,
+            moment_coefficients(stiffness),
+            shape_derivatives(space.order, barycentric("vertices")),
+            pattern.incidence,
+            pattern.row,
+            pattern.column,
+        )
+    else:
+        coefficients = kernel_coefficients(stiffness)[:, 0]
+        kernel = isotropic_blocks if coefficients.shape[1] == 2 else stiffness_blocks
+        blocks = kernel(
+            space.nodes,
+            space.elements,
+            coefficients,
+            _stiffness_tables(space.order),
+            pattern.incidence,
+            pattern.row,
+            pattern.column,
+        )
+    n = space.dof_count
+    return bsr_matrix((blocks, pattern.column, pattern.row), shape=(n, n), copy=False)
+
+
+def matvec(matrix: bsr_matrix, displacement: FloatArray) -> FloatArray:
+    """Nodal forces ``(3, n)`` in N of a displacement ``(3, n)`` in mm: the stiffness times it."""
+    x = np.ascontiguousarray(displacement.T, dtype=np.float64).ravel()
+    y = np.zeros_like(x)
+    multiply(matrix.indptr, matrix.indices, matrix.data, x, np.ones_like(x), 0.0, y)
+    return np.ascontiguousarray(y.reshape(-1, 3).T)
+
+
+def strain_energy_per_element(
+    space: TetSpace, stiffness: Stiffness, u: FloatArray, v: FloatArray | None = None
+) -> FloatArray:
+    """Bilinear energy ``u^T K_e v`` of every element.
+
+    With the derivative of the stiffness by an element's density in place of `stiffness`, this is
+    the sensitivity of the adjoint method.
+
+    Parameters
+    ----------
+    space : TetSpace
+    stiffness : Stiffness
+    u, v : (3, n) array, mm
+        Displacements; `v` is `u` if not given.
+
+    Returns
+    -------
+    (m,) array, N mm
+    """
+    _require_matching(space, stiffness)
+    first = _nodal(space, u, "u")
+    second = first if v is None else _nodal(space, v, "v")
+    if isinstance(stiffness, GaussStiffness | MomentStiffness):
+        return element_energies_of_moments(
+            space.nodes,
+            space.elements,
+            moment_coefficients(stiffness),
+            shape_derivatives(space.order, barycentric("vertices")),
+            first,
+            second,
+        )
+    return element_energies(
+        space.nodes,
+        space.elements,
+        kernel_coefficients(stiffness)[:, 0],
+        shape_gradients(space.order),
+        first,
+        second,
+    )
+
+
+def shape_gradients(order: int) -> FloatArray:
+    """Derivatives of the shape functions by barycentric coordinates at integration points.
+
+    Returns
+    -------
+    (1, 4, 4) or (4, 10, 4) array
+        Point, node, coordinate. All points weigh the same: the centroid for order 1, the
+        four-point rule of degree 2 for order 2 (Zienkiewicz and Taylor, The Finite Element Method,
+        5th ed., vol. 1, table 9.3).
+    """
+    if order == 1:
+        return np.eye(4)[None]
+    near, far = (5.0 + 3.0 * 5.0**0.5) / 20.0, (5.0 - 5.0**0.5) / 20.0
+    points = np.full((4, 4), far) + (near - far) * np.eye(4)
+    gradients = np.zeros((4, 10, 4))
+    for q, lam in enumerate(points):
+        gradients[q, :4] = np.diag(4.0 * lam - 1.0)
+        for k, (i, j) in enumerate(LOCAL_EDGES):
+            gradients[q, 4 + k, i] = 4.0 * lam[j]
+            gradients[q, 4 + k, j] = 4.0 * lam[i]
+    return gradients
+
+
+def _stiffness_tables(
+    order: int,
+) -> tuple[NDArray[np.int8], NDArray[np.int8], NDArray[np.int8], FloatArray]:
+    """Integrals of products of shape gradients, non-zero terms only.
+
+    Returns
+    -------
+    support : (k, 2) array
+        Barycentric coordinates a local node's shape function depends on; -1 where there is none.
+    count : (k, k) array
+        Number of terms for a pair of local nodes a, b.
+    term : (k, k, 4, 2) array
+        Index into the support of a, and barycentric coordinate v, of each term.
+    weight : (k, k, 4) array
+        Mean of ``dNa/dlambda_u dNb/dlambda_v`` over the tet.
+    """
+    d = shape_gradients(order)
+    means = np.einsum("qau,qbv->abuv", d, d) / len(d)
+    k = means.shape[0]
+    depends = [np.flatnonzero(row) for row in (d != 0.0).any(axis=0)]
+    support = np.full((k, 2), -1, np.int8)
+    count = np.zeros((k, k), np.int8)
+    term = np.zeros((k, k, 4, 2), np.int8)
+    weight = np.zeros((k, k, 4))
+    for a, b in itertools.product(range(k), repeat=2):
+        support[a, : len(depends[a])] = depends[a]
+        for t, ((s, u), v) in enumerate(itertools.product(enumerate(depends[a]), depends[b])):
+            term[a, b, t] = s, v
+            weight[a, b, t] = means[a, b, u, v]
+            count[a, b] = t + 1
+    return support, count, term, weight
+
+
+def _require_matching(space: TetSpace, stiffness: Stiffness) -> None:
+    """Refuse a stiffness of another number of elements."""
+    if element_count(stiffness) != space.element_count:
+        raise SolverError(
+            f"the stiffness is given for {element_count(stiffness)} elements, but the space has "
+            f"{space.element_count}; build both from the same mesh"
+        )
+
+
+def _nodal(space: TetSpace, value: FloatArray, name: str) -> FloatArray:
+    """A contiguous nodal field after a check of its shape."""
+    if value.shape != space.nodes.shape:
+        raise SolverError(
+            f"{name} has shape {value.shape}, expected {space.nodes.shape} for the space"
+        )
+    return np.ascontiguousarray(value, dtype=np.float64)

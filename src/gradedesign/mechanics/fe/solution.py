@@ -1,0 +1,86 @@
+"""Load vector with its supports, and the checked solution of the linear system."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gradedesign.arrays import FloatArray, locked
+from gradedesign.mechanics.fe.supports import Supports
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LoadVector:
+    """Supports and nodal forces of one load case.
+
+    Attributes
+    ----------
+    name : str
+    supports : Supports
+    force : (3, n) array, N
+        Consistent nodal forces, thermal ones included.
+    """
+
+    name: str
+    supports: Supports
+    force: FloatArray
+
+    def __post_init__(self) -> None:
+        shape = self.supports.fixed.shape
+        object.__setattr__(self, "force", locked(self.force, shape, name="force"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Balance:
+    """Residuals of a solution from equilibrium; all are shares, at most 1e-6.
+
+    Attributes
+    ----------
+    force : float
+        Sum of loads and reactions over the sum of their sizes.
+    moment : float
+        Their moment over that sum times the diagonal of the mesh.
+    energy : float
+        Strain energy against the work of loads and reactions.
+    """
+
+    force: float
+    moment: float
+    energy: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Solution:
+    """Displacements of one load case, with the evidence that they solve it.
+
+    Attributes
+    ----------
+    name : str
+    displacement : (3, n) array, mm
+    reaction : (3, n) array, N
+        Force of the supports on the body; 0 where free.
+    energy : float
+        Strain energy ``u^T K u / 2``, N mm.
+    residual : float
+        Norm of the unbalanced forces on free components over that of the right-hand side.
+    iterations : int
+        Of conjugate gradients; 0 for a direct solver alone.
+    method : str
+        Solver that gave the displacement.
+    balance : Balance
+    """
+
+    name: str
+    displacement: FloatArray
+    reaction: FloatArray
+    energy: float
+    residual: float
+    iterations: int
+    method: str
+    balance: Balance
+
+    def __post_init__(self) -> None:
+        shape = self.displacement.shape
+        object.__setattr__(
+            self, "displacement", locked(self.displacement, (3, None), name="displacement")
+        )
+        object.__setattr__(self, "reaction", locked(self.reaction, shape, name="reaction"))

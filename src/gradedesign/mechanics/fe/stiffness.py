@@ -1,0 +1,251 @@
+"""Stiffness of every element: isotropic, a full matrix, or one that varies inside.
+
+Voigt order is xx, yy, zz, yz, xz, xy with engineering shear. The records hold any symmetric values,
+so that the derivative of a stiffness by density is one too; `require_positive` is for solving.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+from typing import TypeAlias
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, locked
+from gradedesign.errors import SolverError
+from gradedesign.mechanics.fe.element_points import Where, barycentric
+
+#: Rows and columns of the upper triangle of a 6 by 6 matrix, in the order kernels read them.
+UPPER = np.triu_indices(6)
+#: Pairs of barycentric coordinates, in the order of the moments of a stiffness.
+PAIRS = tuple(combinations_with_replacement(range(4), 2))
+_FIRST, _SECOND = np.array(PAIRS).T
+#: How often each pair stands in the square of the sum of the coordinates, which is 1.
+_TIMES = np.where(_FIRST == _SECOND, 1.0, 2.0)
+#: Moments of 1: means of the products of two barycentric coordinates over a tetrahedron.
+UNIFORM = np.where(_FIRST == _SECOND, 0.1, 0.05)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class IsotropicStiffness:
+    """One Young's modulus per element and one Poisson ratio.
+
+    Attributes
+    ----------
+    E : (m,) array, MPa
+    nu : float
+        Between -1 and 0.5, exclusive.
+    """
+
+    E: FloatArray
+    nu: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "E", locked(self.E, (None,), name="E"))
+        if not -1.0 < self.nu < 0.5:
+            raise ValueError(f"Poisson's ratio is {self.nu:g}, expected more than -1, below 0.5")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AnisotropicStiffness:
+    """One full stiffness matrix per element.
+
+    Attributes
+    ----------
+    C : (6, 6, m) array, MPa
+        Symmetric in its first two axes.
+    """
+
+    C: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "C", locked(self.C, (6, 6, None), name="C"))
+        require_symmetric(self.C)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GaussStiffness:
+    """One full stiffness matrix at each of the four Gauss points of every element.
+
+    Attributes
+    ----------
+    C : (6, 6, 4, m) array, MPa
+        Symmetric in its first two axes; points as in `gradedesign.mechanics.fe.element_points`.
+    """
+
+    C: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "C", locked(self.C, (6, 6, 4, None), name="C"))
+        require_symmetric(self.C)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MomentStiffness:
+    """Moments of a stiffness that varies inside the elements in any way.
+
+    Strain is linear in a straight-sided quadratic tetrahedron, so that energy depends on the
+    stiffness by its means with the products of two barycentric coordinates only.
+
+    Attributes
+    ----------
+    C : (6, 6, 10, m) array, MPa
+        Means over the element of the stiffness times the coordinates of each of `PAIRS`. Each is
+        symmetric, and positive definite where the stiffness is.
+    """
+
+    C: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "C", locked(self.C, (6, 6, len(PAIRS), None), name="C"))
+        require_symmetric(self.C)
+
+
+Stiffness: TypeAlias = IsotropicStiffness | AnisotropicStiffness | GaussStiffness | MomentStiffness
+
+
+def require_symmetric(C: FloatArray) -> None:
+    """Raise `ValueError` unless matrices ``(6, 6, ...)`` are symmetric."""
+    skew = np.abs(C - C.swapaxes(0, 1)).max(initial=0.0)
+    size = np.abs(C).max(initial=0.0)
+    if skew > 1e-9 * size:
+        raise ValueError(
+            f"C is not symmetric: entries differ by up to {skew:.3g} MPa from their "
+            f"transpose, where the largest is {size:.3g} MPa"
+        )
+
+
+def element_count(stiffness: Stiffness) -> int:
+    """Number of elements a stiffness describes."""
+    if isinstance(stiffness, IsotropicStiffness):
+        return stiffness.E.size
+    return stiffness.C.shape[-1]
+
+
+def pair_products(points: FloatArray, weights: FloatArray) -> FloatArray:
+    """Matrix that turns values at the points of a quadrature rule into moments.
+
+    Parameters
+    ----------
+    points : (q, 4) array
+        Barycentric coordinates.
+    weights : (q,) array
+        With sum 1.
+
+    Returns
+    -------
+    (10, q) array
+    """
+    return np.asarray(weights * points.T[_FIRST] * points.T[_SECOND])
+
+
+def mean_of(moments: FloatArray) -> FloatArray:
+    """Element means ``(..., m)`` of a quantity given by its moments ``(..., 10, m)``."""
+    return np.asarray(_TIMES @ moments)
+
+
+def gauss_moments(values: FloatArray) -> FloatArray:
+    """Moments ``(6, 6, 10, m)`` of matrices at the Gauss points of every element."""
+    products = pair_products(barycentric("gauss"), np.full(4, 0.25))
+    return np.einsum("pq,ijqm->ijpm", products, values)
+
+
+def gauss_equivalent(stiffness: MomentStiffness) -> GaussStiffness:
+    """Stiffness at Gauss points that has the same first moments as the given stiffness.
+
+    Thermal forces of an even temperature change and the mean stress of every element are the same
+    with both, since strain is linear; values at the points are not those of the stiffness.
+    """
+    firsts = np.array([[float(s in pair) for pair in PAIRS] for s in range(4)])
+    points = np.linalg.inv(0.25 * barycentric("gauss").T) @ firsts
+    return GaussStiffness(C=np.einsum("qp,ijpm->ijqm", points, stiffness.C))
+
+
+def kernel_coefficients(
+    stiffness: IsotropicStiffness | AnisotropicStiffness | GaussStiffness,
+) -> FloatArray:
+    """Coefficients of each element and point as the kernels read them, MPa.
+
+    Returns
+    -------
+    (m, 1 or 4, 2 or 21) array
+        Lamé constants lambda and mu, or upper triangle of C by rows; one point where the stiffness
+        is constant in the elements.
+    """
+    if isinstance(stiffness, IsotropicStiffness):
+        e, nu = stiffness.E, stiffness.nu
+        lame = np.stack([e * nu / ((1 + nu) * (1 - 2 * nu)), e / (2 * (1 + nu))], axis=1)
+        return lame[:, None]
+    C = stiffness.C if isinstance(stiffness, GaussStiffness) else stiffness.C[:, :, None]
+    return np.ascontiguousarray(C[UPPER].transpose(2, 1, 0))
+
+
+def moment_coefficients(stiffness: GaussStiffness | MomentStiffness) -> FloatArray:
+    """Upper triangles ``(m, 10, 21)`` of the moments of a stiffness, MPa."""
+    if isinstance(stiffness, GaussStiffness):
+        products = pair_products(barycentric("gauss"), np.full(4, 0.25))
+        return np.ascontiguousarray(np.einsum("pq,cqm->mpc", products, stiffness.C[UPPER]))
+    return np.ascontiguousarray(stiffness.C[UPPER].transpose(2, 1, 0))
+
+
+def known_at(
+    stiffness: Stiffness, at: Where
+) -> IsotropicStiffness | AnisotropicStiffness | GaussStiffness:
+    """Return the stiffness if it has values at the points ``at``; raise otherwise.
+
+    Raises
+    ------
+    SolverError
+        For a `MomentStiffness`, and for a `GaussStiffness` at vertices.
+    """
+    if isinstance(stiffness, MomentStiffness):
+        raise SolverError(
+            "stress and thermal forces need the stiffness at points of the elements, but only its "
+            "moments are given; take an AnisotropicStiffness of its means"
+        )
+    if isinstance(stiffness, GaussStiffness) and at != "gauss":
+        raise SolverError(
+            f"the stiffness is given at the Gauss points, but asked for at {at}; evaluate at "
+            "'gauss'"
+        )
+    return stiffness
+
+
+def require_positive(stiffness: Stiffness) -> None:
+    """Raise unless the stiffness of every element (every moment of it) is positive definite.
+
+    Raises
+    ------
+    SolverError
+        If a modulus is not positive or a matrix not positive definite. Moments are positive
+        definite where the stiffness is; the reverse holds for their means only.
+    """
+    if isinstance(stiffness, IsotropicStiffness):
+        bad = np.flatnonzero(~(stiffness.E > 0.0))
+        if bad.size:
+            raise SolverError(
+                f"Young's modulus of {bad.size} elements is not positive; element {bad[0]} has "
+                f"{stiffness.E[bad[0]]:.4g} MPa. Raise the lower density bound"
+            )
+        return
+    lowest = _lowest_eigenvalues(stiffness.C)
+    if not isinstance(stiffness, AnisotropicStiffness):
+        lowest = lowest.reshape(stiffness.C.shape[2:]).min(axis=0)
+    bad = np.flatnonzero(~(lowest > 0.0))
+    if bad.size:
+        raise SolverError(
+            f"the stiffness matrix of {bad.size} elements is not positive definite; the lowest "
+            f"eigenvalue of element {bad[0]} is {lowest[bad[0]]:.4g} MPa. Raise the lower "
+            f"density bound or correct the scaling law"
+        )
+
+
+def _lowest_eigenvalues(C: FloatArray) -> FloatArray:
+    """Lowest eigenvalue of every matrix, only computed where Cholesky's method fails."""
+    matrices = np.moveaxis(C.reshape(6, 6, -1), 2, 0)
+    try:
+        np.linalg.cholesky(matrices)
+    except np.linalg.LinAlgError:
+        return np.linalg.eigvalsh(matrices)[:, 0].astype(np.float64)
+    return np.ones(len(matrices))

@@ -1,0 +1,208 @@
+"""Stress in elements, von Mises stress, averages at nodes and percentiles by volume."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gradedesign.arrays import FloatArray, read_only
+from gradedesign.errors import SolverError
+from gradedesign.geometry.tets.tet_mesh import signed_volumes
+from gradedesign.mechanics.fe._stress_kernels import stress_at_points
+from gradedesign.mechanics.fe.element_points import (
+    ScalarField,
+    Where,
+    barycentric,
+    shape_derivatives,
+    values_at,
+)
+from gradedesign.mechanics.fe.space import TetSpace
+from gradedesign.mechanics.fe.stiffness import (
+    Stiffness,
+    element_count,
+    kernel_coefficients,
+    known_at,
+)
+
+#: Voigt index of every tensor component, order xx, yy, zz, yz, xz, xy.
+VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
+
+
+def element_stress(
+    space: TetSpace,
+    stiffness: Stiffness,
+    displacement: FloatArray,
+    *,
+    thermal_strain: ScalarField = 0.0,
+    at: Where = "gauss",
+) -> FloatArray:
+    """Stress tensors at four points of every element.
+
+    Parameters
+    ----------
+    space : TetSpace
+    stiffness : Stiffness
+    displacement : (3, N) array, mm
+    thermal_strain : float, (M,) or (M, 4) array, or callable
+        Free strain of the material, alpha times temperature change, equal in all directions.
+    at : {"gauss", "vertices"}
+        Gauss points stand for a quarter of the volume each and are the more accurate.
+
+    Returns
+    -------
+    (3, 3, M, 4) array, MPa
+
+    Raises
+    ------
+    SolverError
+        If stiffness or displacement belong to another space.
+    """
+    voigt = _evaluated(space, stiffness, displacement, thermal_strain, at, von_mises_only=False)
+    return voigt[VOIGT]
+
+
+def element_von_mises(
+    space: TetSpace,
+    stiffness: Stiffness,
+    displacement: FloatArray,
+    *,
+    thermal_strain: ScalarField = 0.0,
+    at: Where = "gauss",
+) -> FloatArray:
+    """Von Mises stress at four points of every element, ``(M, 4)``, MPa.
+
+    The same as `von_mises` of `element_stress` at a tenth of its memory.
+    """
+    return _evaluated(space, stiffness, displacement, thermal_strain, at, von_mises_only=True)[0]
+
+
+def von_mises(stress: FloatArray) -> FloatArray:
+    """Von Mises stress ``(...)`` of stress tensors ``(3, 3, ...)``, MPa.
+
+    Examples
+    --------
+    >>> float(von_mises(np.diag([250.0, 0.0, 0.0])))
+    250.0
+    """
+    s = stress
+    direct = (s[0, 0] - s[1, 1]) ** 2 + (s[1, 1] - s[2, 2]) ** 2 + (s[2, 2] - s[0, 0]) ** 2
+    shear = s[1, 2] ** 2 + s[0, 2] ** 2 + s[0, 1] ** 2
+    return np.sqrt(0.5 * direct + 3.0 * shear)
+
+
+def nodal_average(
+    space: TetSpace, values: FloatArray, weights: ArrayLike | None = None
+) -> FloatArray:
+    """Weighted mean at each node of the values of the elements around it.
+
+    Parameters
+    ----------
+    space : TetSpace
+    values : (..., M, 4) or (..., M, 10) array
+        At the vertices of every element, as from ``element_stress(..., at="vertices")``, or at all
+        nodes of quadratic ones.
+    weights : (M,) array, optional
+        Weight of every element; its volume if not given. An element of weight 0 does not count.
+
+    Returns
+    -------
+    (..., n) array
+        One value per vertex of the mesh, or per node of the space; NaN where no element with
+        weight touches it.
+    """
+    share = signed_volumes(space.mesh) if weights is None else np.asarray(weights, np.float64)
+    each = values.shape[-1]
+    elements = space.mesh.tets if each == 4 else space.elements
+    n = space.mesh.points.shape[1] if each == 4 else space.node_count
+    if values.shape[-2:] != elements.shape[::-1] or share.shape != (elements.shape[1],):
+        raise ValueError(
+            f"values {values.shape} and weights {share.shape} do not fit {elements.shape[1]} "
+            f"elements"
+        )
+    index = elements.T.ravel()
+    total = np.bincount(index, weights=np.repeat(share, each), minlength=n)
+    rows = values.reshape(-1, elements.shape[1], each)
+    sums = [np.bincount(index, (row * share[:, None]).ravel(), minlength=n) for row in rows]
+    averages = np.full((len(sums), n), np.nan)
+    np.divide(sums, total, out=averages, where=total > 0.0)
+    return averages.reshape(*values.shape[:-2], n)
+
+
+def weighted_percentile(values: ArrayLike, weights: ArrayLike, percentile: float) -> float:
+    """Smallest of the values that at least a percentage of the weight does not exceed.
+
+    No interpolation: the answer is one of the values, the smallest ``v`` for which
+    ``sum(weights[values <= v]) >= percentile / 100 * sum(weights)``. Values of weight 0 do not
+    count, and splitting a sample in two of half its weight changes nothing.
+
+    Parameters
+    ----------
+    values : array
+    weights : array
+        Of the same shape, not negative; volumes for a volume percentile.
+    percentile : float
+        More than 0, at most 100.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    ValueError
+        If shapes differ, a value is NaN, a weight is negative or all are 0.
+
+    Examples
+    --------
+    >>> weighted_percentile([1.0, 2.0, 9.0], [5.0, 4.0, 1.0], 90.0)
+    2.0
+    """
+    value = np.asarray(values, dtype=np.float64).ravel()
+    weight = np.asarray(weights, dtype=np.float64).ravel()
+    if not 0.0 < percentile <= 100.0:
+        raise ValueError(f"percentile is {percentile:g}, expected more than 0 and at most 100")
+    if value.shape != weight.shape:
+        raise ValueError(f"{value.size} values but {weight.size} weights")
+    if np.isnan(value).any() or not (weight >= 0.0).all() or not weight.sum() > 0.0:
+        raise ValueError(
+            "a value is NaN, a weight is negative or NaN, or there is no weight at all; "
+            "expected numbers with non-negative weights"
+        )
+    counted = weight > 0.0
+    value, weight = value[counted], weight[counted]
+    order = np.argsort(value, kind="stable")
+    below = np.cumsum(weight[order])
+    # Rounding of the cumulative sum must not push an exactly met share to the next value.
+    wanted = percentile / 100.0 * below[-1] * (1.0 - 1e-12)
+    return float(value[order][np.searchsorted(below, wanted, side="left")])
+
+
+def _evaluated(
+    space: TetSpace,
+    stiffness: Stiffness,
+    displacement: FloatArray,
+    thermal_strain: ScalarField,
+    at: Where,
+    *,
+    von_mises_only: bool,
+) -> FloatArray:
+    """Run the kernel after checking that all arguments belong together."""
+    if element_count(stiffness) != space.element_count:
+        raise SolverError(
+            f"the stiffness is given for {element_count(stiffness)} elements, but the space has "
+            f"{space.element_count}; build both from the same mesh"
+        )
+    if displacement.shape != space.nodes.shape:
+        raise SolverError(
+            f"the displacement has shape {displacement.shape}, expected {space.nodes.shape} for "
+            "the space"
+        )
+    return stress_at_points(
+        space.nodes,
+        space.elements,
+        kernel_coefficients(known_at(stiffness, at)),
+        shape_derivatives(space.order, barycentric(at)),
+        values_at(space, thermal_strain, at),
+        read_only(np.asarray(displacement, dtype=np.float64)),
+        von_mises_only,
+    )

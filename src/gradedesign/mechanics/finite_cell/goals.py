@@ -1,0 +1,173 @@
+"""Errors of solutions, and of values of them by their duals, from tractions out of balance."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gradedesign.arrays import BoolArray, FloatArray
+from gradedesign.mechanics.fe.displacement_goal import DisplacementGoal
+from gradedesign.mechanics.fe.load_case import LoadCaseSpecification
+from gradedesign.mechanics.finite_cell.elements import Elements
+from gradedesign.mechanics.finite_cell.hanging import gather_hanging
+from gradedesign.mechanics.finite_cell.loads import scattered
+from gradedesign.mechanics.finite_cell.operator import lame_constants
+from gradedesign.mechanics.finite_cell.problem import Problem
+from gradedesign.mechanics.finite_cell.residual_places import ResidualPlaces, residual_places
+from gradedesign.mechanics.finite_cell.result import CaseSolution
+from gradedesign.mechanics.finite_cell.space import BrickSpace
+from gradedesign.mechanics.finite_cell.stress import displacement_at
+from gradedesign.mechanics.finite_cell.surface import SurfacePoints, chosen_points
+from gradedesign.mechanics.finite_cell.traction_residual import (
+    Carried,
+    Imbalance,
+    free_components,
+    goal_residual,
+    imbalance,
+    nearest_on,
+    traction_residual,
+)
+
+#: A loaded region carries tractions along every axis.
+EVERY = (True, True, True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Dual:
+    """Displacements that the forces of a goal cause.
+
+    Attributes
+    ----------
+    u : (N, 3) array, mm
+    drawn : SurfacePoints
+        Where these forces act.
+    traction : (3, k) array, MPa
+        With which they act there.
+    """
+
+    u: FloatArray
+    drawn: SurfacePoints
+    traction: FloatArray
+
+
+def goal_force(
+    elements: Elements, space: BrickSpace, at: SurfacePoints, goal: DisplacementGoal, u: FloatArray
+) -> tuple[FloatArray, SurfacePoints, FloatArray]:
+    """Nodal forces equal to the derivative of a goal by displacements, and where they act.
+
+    Parameters
+    ----------
+    elements : Elements
+    space : BrickSpace
+    at : SurfacePoints
+        Of the goal's region.
+    goal : DisplacementGoal
+    u : (N, 3) array, mm
+        Solution of its load case.
+
+    Returns
+    -------
+    force : (N, 3) array, N
+    drawn : SurfacePoints
+    traction : (3, k) array, MPa
+        At these points.
+    """
+    moved = displacement_at(elements, space, u, at.element, at.points)
+    slope = goal.by_displacement(moved, at.area)
+    index = np.flatnonzero((slope != 0.0).any(axis=0))
+    drawn = chosen_points(at, index)
+    force = scattered(space, replace(drawn, area=np.ones(index.size)), slope[:, index])
+    gather_hanging(space.hanging, force)
+    # A point without area has a force and no traction.
+    traction = slope[:, index] / np.where(drawn.area > 0.0, drawn.area, np.inf)
+    return force, drawn, traction
+
+
+def with_residuals(
+    problem: Problem,
+    elements: Elements,
+    space: BrickSpace,
+    places: Mapping[str, SurfacePoints],
+    cases: Sequence[CaseSolution],
+    duals: Mapping[Hashable, Dual],
+) -> tuple[CaseSolution, ...]:
+    """Solutions with the residual of their work, under forces alone, and of their goals.
+
+    Parameters
+    ----------
+    problem : Problem
+    elements : Elements
+    space : BrickSpace
+    places : mapping of name to SurfacePoints
+        Where the solid reaches the regions.
+    cases : sequence of CaseSolution
+        In the order of the problem's load cases.
+    duals : mapping of any key to Dual
+        Of the problem's goals, by their keys.
+    """
+    material = problem.material
+    lame = lame_constants(material.youngs_modulus, material.poissons_ratio)
+    looked_at = residual_places(elements, problem.field)
+    out = []
+    for specification, solution in zip(problem.cases, cases, strict=True):
+        own_goals = [k for k in duals if problem.goals[k].load_case == solution.name]
+        forced = _forced(specification)
+        if not (forced or own_goals):
+            out.append(solution)
+            continue
+        carried = _carried(specification, places)
+        free = free_components(elements, looked_at, carried)
+        residual = (
+            traction_residual(elements, space, solution.u, lame, looked_at, free)
+            if forced
+            else None
+        )
+        own = imbalance(
+            elements, space, solution.u, lame, looked_at, thermal_strain=solution.thermal_strain
+        )
+        goals = {}
+        for key in own_goals:
+            other, neither = _dual_imbalance(duals[key], elements, space, lame, looked_at)
+            goals[key] = goal_residual(own, other, lame, looked_at, free & neither)
+        out.append(replace(solution, traction_residual=residual, goals=goals))
+    return tuple(out)
+
+
+def _dual_imbalance(
+    dual: Dual,
+    elements: Elements,
+    space: BrickSpace,
+    lame: tuple[float, float],
+    places: ResidualPlaces,
+) -> tuple[Imbalance, BoolArray]:
+    """Unbalanced tractions of the dual solution, and a mask ``(3, m)`` of those that count.
+
+    Those of a single point are no traction: its surroundings are left out.
+    """
+    found = imbalance(elements, space, dual.u, lame, places)
+    if dual.drawn.area.size == 1:
+        return found, free_components(elements, places, [(dual.drawn, EVERY)])
+    nearest = nearest_on(elements, places, dual.drawn)
+    applied = np.where(nearest >= 0, dual.traction[:, nearest], 0.0)
+    outward = np.where(
+        (places.free.normal * dual.drawn.normal[:, nearest]).sum(axis=0) < 0.0, -1.0, 1.0
+    )
+    balanced = replace(found, free=found.free - outward * applied)
+    return balanced, np.ones(applied.shape, dtype=bool)
+
+
+def _forced(case: LoadCaseSpecification) -> bool:
+    """Whether only forces act, so that the work of the loads estimates the error."""
+    moved = any(value for fix in case.fix for value in fix.displacement)
+    return not (moved or case.temperature_change)
+
+
+def _carried(case: LoadCaseSpecification, places: Mapping[str, SurfacePoints]) -> list[Carried]:
+    """Regions on which supports and loads of a case act, with the components of these."""
+    found: list[Carried] = [(places[load.region], EVERY) for load in case.load]
+    for fix in case.fix:
+        x, y, z = (value is not None for value in fix.displacement)
+        found.append((places[fix.region], (x, y, z)))
+    return found

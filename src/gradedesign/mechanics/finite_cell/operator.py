@@ -1,0 +1,156 @@
+"""The stiffness of all elements as a function of displacements, without a matrix."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.mechanics.finite_cell import _operator_kernels as kernels
+from gradedesign.mechanics.finite_cell.basis import CUT_POINTS, WHOLE_POINTS, gauss_weights, line
+from gradedesign.mechanics.finite_cell.elements import Elements
+from gradedesign.mechanics.finite_cell.hanging import (
+    Hanging,
+    fill_hanging,
+    gather_hanging,
+    single_hanging,
+)
+from gradedesign.mechanics.finite_cell.space import BrickSpace
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Springs:
+    """Dense matrices that weak supports add to some elements.
+
+    Attributes
+    ----------
+    element : (k,) int array
+        By colour.
+    colours : (c + 1,) int array
+        First of each colour.
+    blocks : (k, 81, 81) array, N/mm
+    """
+
+    element: IntArray
+    colours: IntArray
+    blocks: NDArray[Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Operator:
+    """Arrays of a product with the stiffness, in one precision.
+
+    Attributes
+    ----------
+    nodes : (n, 27) int32 array
+    size : (n,) int8 array
+        Edges of the elements.
+    groups : tuple of tuple
+        Colours, first element, weights, what all elements share of them, shapes and slopes of
+        whole and of cut elements. The weights are those of the elements, in double precision.
+    lame : (2,) array, N mm
+        Lame's constants times the volume of a brick of the grid.
+    springs : Springs or None
+    hanging : Hanging or None
+    """
+
+    nodes: NDArray[np.int32]
+    size: NDArray[np.int8]
+    groups: tuple[tuple[IntArray, int, FloatArray, FloatArray, NDArray[Any], NDArray[Any]], ...]
+    lame: NDArray[Any]
+    springs: Springs | None
+    hanging: Hanging | None
+
+
+def lame_constants(youngs_modulus: float, poissons_ratio: float) -> tuple[float, float]:
+    """Lame's first constant and the shear modulus, MPa."""
+    E, nu = youngs_modulus, poissons_ratio
+    return E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
+
+
+def operator(
+    elements: Elements,
+    space: BrickSpace,
+    lame: tuple[float, float],
+    softness: float,
+    springs: Springs | None = None,
+) -> Operator:
+    """Stiffness in double precision.
+
+    Parameters
+    ----------
+    elements : Elements
+    space : BrickSpace
+        Of order 2.
+    lame : (float, float), MPa
+    softness : float
+        Stiffness of the void in cut elements over that of the solid.
+    springs : Springs, optional
+    """
+    edges = elements.grid.edges
+    groups = []
+    for count, colours, first, weights, soft in (
+        (WHOLE_POINTS, elements.colours[0], 0, np.zeros((0, WHOLE_POINTS**3)), 1.0),
+        (CUT_POINTS, elements.colours[1], elements.whole, elements.weights, softness),
+    ):
+        if colours[-1] > colours[0]:
+            own = line(count)
+            slopes = np.stack([own.slopes / edge for edge in edges])
+            full = gauss_weights(count)
+            every = np.stack([np.full(len(full), 1.0 - softness), soft * full])
+            groups.append((colours, first, weights, every, own.shapes, slopes))
+    return Operator(
+        nodes=space.nodes,
+        size=elements.size,
+        groups=tuple(groups),
+        lame=np.prod(edges) * np.asarray(lame),
+        springs=springs,
+        hanging=space.hanging,
+    )
+
+
+def single(operator: Operator) -> Operator:
+    """A copy in single precision that shares the weights."""
+    springs = operator.springs
+    if springs is not None:
+        springs = Springs(
+            element=springs.element,
+            colours=springs.colours,
+            blocks=springs.blocks.astype(np.float32),
+        )
+    return Operator(
+        nodes=operator.nodes,
+        size=operator.size,
+        groups=tuple(
+            (colours, first, weights, every, shapes.astype(np.float32), slopes.astype(np.float32))
+            for colours, first, weights, every, shapes, slopes in operator.groups
+        ),
+        lame=operator.lame.astype(np.float32),
+        springs=springs,
+        hanging=single_hanging(operator.hanging),
+    )
+
+
+def apply(operator: Operator, u: NDArray[Any], y: NDArray[Any]) -> None:
+    """Set y to K u; both are ``(N, 3)`` in the precision of the operator.
+
+    The rows of hanging nodes are set as well: in u to what follows from the others, in y to 0.
+    """
+    fill_hanging(operator.hanging, u)
+    y[:] = 0.0
+    for group in operator.groups:
+        kernels.add_product(operator.nodes, operator.size, *group, operator.lame, u, y)
+    s = operator.springs
+    if s is not None:
+        kernels.add_dense(operator.nodes, s.element, s.colours, s.blocks, u, y)
+    gather_hanging(operator.hanging, y)
+
+
+def product(operator: Operator, u: FloatArray) -> FloatArray:
+    """K u as a new array."""
+    y = np.zeros_like(u)
+    apply(operator, u, y)
+    return y

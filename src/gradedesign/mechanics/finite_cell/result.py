@@ -1,0 +1,179 @@
+"""Solution of an analysis by finite cells, and values of it at points and regions."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.errors import CaseError
+from gradedesign.mechanics.finite_cell.elements import Elements
+from gradedesign.mechanics.finite_cell.recovery import recovered_stress
+from gradedesign.mechanics.finite_cell.space import BrickSpace
+from gradedesign.mechanics.finite_cell.stress import displacement_at as displacement_in
+from gradedesign.mechanics.finite_cell.stress import solid_points
+from gradedesign.mechanics.finite_cell.surface import SurfacePoints, element_table, locate
+from gradedesign.mechanics.finite_cell.traction_residual import GoalResidual
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CaseSolution:
+    """Displacement of one load case.
+
+    Attributes
+    ----------
+    name : str
+    u : (N, 3) array, mm
+        At the nodes of the elements.
+    energy : float, N mm
+        Strain energy, that of springs and of the soft void included.
+    work : float, N mm
+        Of loads and inertia on the displacements they cause.
+    iterations : int
+    residual : float
+        Norm of unbalanced forces over that of the right-hand side.
+    thermal_strain : float
+    traction_residual : float or None
+        What finer elements add to the work, but for a factor, see `traction_residual`. None where
+        displacements are prescribed or the solid is heated: then the work says less of the error;
+        and where elements have two sizes.
+    goals : mapping of any key to GoalResidual
+        The same of the goals of the problem in this load case, whatever acts in it.
+    """
+
+    name: str
+    u: FloatArray
+    energy: float
+    work: float
+    iterations: int
+    residual: float
+    thermal_strain: float
+    traction_residual: float | None
+    goals: Mapping[Hashable, GoalResidual] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FiniteCellResult:
+    """Displacements of every load case on the elements.
+
+    Attributes
+    ----------
+    elements : Elements
+    space : BrickSpace
+    solutions : tuple of CaseSolution
+        One per load case.
+    places : dict of name to SurfacePoints
+        Where the solid reaches each region.
+    volume : float, mm^3
+    spacing : float, mm
+        Longest edge of an element; of the small ones where there are two sizes.
+    unknowns : int
+    processor_seconds : float
+    lame : (float, float), MPa
+    notes : tuple of str
+        On planes that are not aligned and components that were left out.
+    """
+
+    elements: Elements
+    space: BrickSpace
+    solutions: tuple[CaseSolution, ...]
+    places: dict[str, SurfacePoints]
+    volume: float
+    spacing: float
+    unknowns: int
+    processor_seconds: float
+    lame: tuple[float, float]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def work(self) -> dict[str, float]:
+        """Work of loads and inertia on the displacements they cause, by load case, N mm."""
+        return {s.name: s.work for s in self.solutions}
+
+    def region_displacement(self, region: str, load_case: str) -> FloatArray:
+        """Displacements where the solid reaches a region, ``(3, k)``, mm."""
+        at = self.places[region]
+        u = solution_of(self, load_case).u
+        return displacement_in(self.elements, self.space, u, at.element, at.points)
+
+    def mean_displacement(self, region: str, load_case: str) -> FloatArray:
+        """Mean displacement over the area where the solid reaches a region, ``(3,)``, mm."""
+        area = self.places[region].area
+        mean: FloatArray = self.region_displacement(region, load_case) @ area / area.sum()
+        return mean
+
+    def mean_length(self, region: str, load_case: str) -> float:
+        """Mean length of the displacement over the area where the solid reaches a region, mm."""
+        area = self.places[region].area
+        lengths = np.linalg.norm(self.region_displacement(region, load_case), axis=0)
+        return float(lengths @ area / area.sum())
+
+    def largest_displacement(self, load_case: str) -> float:
+        """Largest displacement of the solid, mm: of the centroids of its sub-cells."""
+        at = solid_points(self.elements)
+        u = solution_of(self, load_case).u
+        displacement = displacement_in(self.elements, self.space, u, at.element, at.points)
+        return float(np.linalg.norm(displacement, axis=0).max())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StressSample:
+    """Stress where the solid is.
+
+    Attributes
+    ----------
+    points : (3, m) array, mm
+        Centroids of the solid in the sub-cells of the elements.
+    volume : (m,) array, mm^3
+        Solid that each point stands for.
+    stress : (3, 3, m) array, MPa
+    """
+
+    points: FloatArray
+    volume: FloatArray
+    stress: FloatArray
+
+
+def stress_sample(result: FiniteCellResult, load_case: str) -> StressSample:
+    """Stress of a load case at points of the solid."""
+    solution = solution_of(result, load_case)
+    at = solid_points(result.elements)
+    stress = recovered_stress(
+        result.elements, result.space, solution.u, result.lame, at, solution.thermal_strain
+    )
+    return StressSample(points=at.points, volume=at.volume, stress=stress)
+
+
+def displacement_at(result: FiniteCellResult, load_case: str, points: FloatArray) -> FloatArray:
+    """Displacement of a load case at points ``(3, m)``, ``(3, m)``, mm.
+
+    Raises
+    ------
+    CaseError
+        If a point lies in no element.
+    """
+    element = locate(result.elements, element_table(result.elements), points)
+    if (element < 0).any():
+        k = int(np.argmin(element))
+        raise CaseError(
+            f"{np.count_nonzero(element < 0)} points lie outside the solid, such as "
+            f"{points[:, k]} mm"
+        )
+    solution = solution_of(result, load_case)
+    return displacement_in(result.elements, result.space, solution.u, element, points)
+
+
+def displacement_on(
+    result: FiniteCellResult, region: str, load_case: str, component: int | None
+) -> float:
+    """Largest displacement of a region's solid, magnitude or absolute component, mm."""
+    u = result.region_displacement(region, load_case)
+    values = np.linalg.norm(u, axis=0) if component is None else np.abs(u[component])
+    return float(values.max())
+
+
+def solution_of(result: FiniteCellResult, load_case: str) -> CaseSolution:
+    """Solution of a load case by name."""
+    return next(s for s in result.solutions if s.name == load_case)

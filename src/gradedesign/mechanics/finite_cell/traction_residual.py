@@ -1,0 +1,255 @@
+"""Error of a solution on finite cells, from tractions that are not in balance.
+
+Of a Galerkin solution the work of the loads is too small by the energy of its error. What makes
+that error are tractions on surfaces that carry none, and jumps of traction between elements: both
+vanish in the exact solution. Nothing else is looked at, so that the measure needs no second grid
+and does not mind how a grid happens to lie.
+
+The displacement of a place errs by the energy between the error of the solution and that of its
+dual, which a unit force there causes (Becker and Rannacher 2001): what the tractions of both say
+together, place by place, stands for that as the square of one solution's does for the work. The
+whole part's work hides a plate that dents where it is thin; the dual is large just there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.mechanics.finite_cell import _stress_kernels as kernels
+from gradedesign.mechanics.finite_cell.basis import gauss_places
+from gradedesign.mechanics.finite_cell.elements import Elements
+from gradedesign.mechanics.finite_cell.residual_places import Places, ResidualPlaces
+from gradedesign.mechanics.finite_cell.space import BrickSpace
+from gradedesign.mechanics.finite_cell.surface import SurfacePoints
+
+#: A place lies on a region if it is this near to one of so many nearest points of the region, and
+#: to the plane across the normal there, over the longest edge; the points of a face that a region
+#: covers are nearer. Normals agree to this at least. Chosen, not measured.
+REACH, BESIDE, OFF, ALIKE = 0.75, 4, 0.1, 0.9
+
+
+#: A region with the components of traction that it carries: all of a loaded one, those that a
+#: support holds.
+Carried: TypeAlias = tuple[SurfacePoints, tuple[bool, bool, bool]]
+
+
+def free_components(
+    elements: Elements,
+    places: ResidualPlaces,
+    acting: Sequence[Carried],
+) -> BoolArray:
+    """Components of the traction that vanish at the places on the surface, ``(3, m)``.
+
+    Parameters
+    ----------
+    elements : Elements
+    places : ResidualPlaces
+    acting : sequence of Carried
+    """
+    free = np.ones(places.free.reference.shape, dtype=bool)
+    for region, carried in acting:
+        on = nearest_on(elements, places, region) >= 0
+        free &= ~(np.array(carried)[:, None] & on)
+    return free
+
+
+def nearest_on(elements: Elements, places: ResidualPlaces, region: SurfacePoints) -> IntArray:
+    """Nearest point of a region to each place on the surface, ``(m,)``; -1 off the region."""
+    at, edge = places.free, float(elements.grid.edges.max())
+    points = elements.grid.lower[:, None] + elements.grid.edges[:, None] * (
+        elements.position[at.element].T + at.reference
+    )
+    count = min(BESIDE, region.area.size)
+    apart, index = KDTree(region.points.T).query(points.T, k=[*range(1, count + 1)])
+    nearest = np.full(points.shape[1], -1)
+    for distance, beside in zip(apart.T[::-1], index.T[::-1], strict=True):
+        normal = region.normal[:, beside]
+        off = np.abs(((points - region.points[:, beside]) * normal).sum(axis=0))
+        along = np.abs((at.normal * normal).sum(axis=0))
+        on = (distance < REACH * edge) & (off < OFF * edge) & (along > ALIKE)
+        nearest[on] = beside[on]
+    return nearest
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Imbalance:
+    """Tractions of a solution that vanish in the exact one.
+
+    Attributes
+    ----------
+    free : (3, m) array, MPa
+        On surfaces without load or support.
+    jump : (3, k) array, MPa
+        Between elements.
+    """
+
+    free: FloatArray
+    jump: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalResidual:
+    """Ways in which finer elements change a value, but for a factor, see `goal_residual`.
+
+    Attributes
+    ----------
+    rise, fall : float
+        What they add to it and what they take off it, both positive, in its unit.
+    """
+
+    rise: float
+    fall: float
+
+
+def imbalance(
+    elements: Elements,
+    space: BrickSpace,
+    u: FloatArray,
+    lame: tuple[float, float],
+    places: ResidualPlaces,
+    *,
+    thermal_strain: float = 0.0,
+) -> Imbalance:
+    """Tractions of displacements ``u``, (N, 3), mm, that are not in balance."""
+
+    def traction(at: Places) -> FloatArray:
+        return _traction(_raw_stress(elements, space, u, (*lame, thermal_strain), at), at)
+
+    here, there = places.sides
+    return Imbalance(free=traction(places.free), jump=traction(here) - traction(there))
+
+
+def traction_residual(
+    elements: Elements,
+    space: BrickSpace,
+    u: FloatArray,
+    lame: tuple[float, float],
+    places: ResidualPlaces,
+    free: BoolArray,
+) -> float:
+    """Squared residual of the tractions over the energy of the solution, twice each.
+
+    The sum over faces and surfaces of ``h / 2 |t|^2 / E``, with the edge h of an element across
+    and Young's modulus E, over the integral of stress times strain. Times a constant it is the
+    share by which the work of the loads is too small; the constant is measured, see
+    `limits.banded.RESIDUAL_FACTORS`.
+
+    Parameters
+    ----------
+    elements : Elements
+    space : BrickSpace
+    u : (N, 3) array, mm
+    lame : (float, float), MPa
+    places : ResidualPlaces
+    free : (3, m) bool array
+        See `free_components`.
+
+    References
+    ----------
+    I. Babuška, W. C. Rheinboldt (1978), A-posteriori error estimates for the finite element
+    method, Int. J. Numer. Methods Eng. 12, 1597-1615: the part of the residual on faces.
+    """
+    own = imbalance(elements, space, u, lame, places)
+    _, nu = _engineering(lame)
+    lost = float(_products(own, own, places, free).sum())
+    inner = _raw_stress(elements, space, u, (*lame, 0.0), places.inner)
+    trace = inner[:3].sum(axis=0)
+    square = (inner[:3] ** 2).sum(axis=0) + 2.0 * (inner[3:] ** 2).sum(axis=0)
+    energy = float((places.inner.weight * ((1.0 + nu) * square - nu * trace**2)).sum())
+    return lost / energy if energy > 0.0 else 0.0
+
+
+def goal_residual(
+    solution: Imbalance,
+    dual: Imbalance,
+    lame: tuple[float, float],
+    places: ResidualPlaces,
+    free: BoolArray,
+) -> GoalResidual:
+    """Residual of a value of the displacements, from a solution and the dual of the value.
+
+    The sum over faces and surfaces of ``h / 2 t . t' / E`` of the tractions of both, its positive
+    and its negative terms apart: errors that cancel in one grid need not in another. For the work
+    of the loads, whose dual is the solution itself, it is the work times `traction_residual`, and
+    the same constants apply: the energy between two errors is a quarter of that of their sum less a
+    quarter of that of their difference, and so are these products.
+
+    Parameters
+    ----------
+    solution, dual : Imbalance
+        The dual is what forces equal to the derivative of the value by the displacements cause.
+    lame : (float, float), MPa
+    places : ResidualPlaces
+    free : (3, m) bool array
+        Where neither of them carries a traction, see `free_components`.
+
+    References
+    ----------
+    R. Becker, R. Rannacher (2001), An optimal control approach to a posteriori error estimation in
+    finite element methods, Acta Numerica 10, 1-102.
+    S. Prudhomme, J. T. Oden (1999), On goal-oriented error estimation for elliptic problems,
+    Comput. Methods Appl. Mech. Eng. 176, 313-331: the parallelogram of both errors.
+    """
+    youngs_modulus, _ = _engineering(lame)
+    terms = _products(solution, dual, places, free) / youngs_modulus
+    return GoalResidual(rise=float(terms[terms > 0.0].sum()), fall=float(-terms[terms < 0.0].sum()))
+
+
+def _products(
+    one: Imbalance, other: Imbalance, places: ResidualPlaces, free: BoolArray
+) -> FloatArray:
+    """Weighted products of the tractions of two solutions at every place, N^2/mm."""
+    here, _ = places.sides
+    bare = places.free.weight * (one.free * other.free * free).sum(axis=0)
+    return np.concatenate([bare, here.weight * (one.jump * other.jump).sum(axis=0)])
+
+
+def _engineering(lame: tuple[float, float]) -> tuple[float, float]:
+    """Young's modulus, MPa, and Poisson's ratio."""
+    first, second = lame
+    nu = first / (2.0 * (first + second))
+    return 2.0 * second * (1.0 + nu), nu
+
+
+def _traction(stress: FloatArray, at: Places) -> FloatArray:
+    """Stress ``(6, m)``, as xx, yy, zz, yz, zx, xy, on a normal, ``(3, m)``."""
+    xx, yy, zz, yz, zx, xy = stress
+    x, y, z = at.normal
+    return np.stack([xx * x + xy * y + zx * z, xy * x + yy * y + yz * z, zx * x + yz * y + zz * z])
+
+
+def _raw_stress(
+    elements: Elements,
+    space: BrickSpace,
+    u: FloatArray,
+    lame: tuple[float, float, float],
+    at: Places,
+) -> FloatArray:
+    """Stress of the displacements themselves, ``(6, m)``, MPa."""
+    order = np.argsort(at.element, kind="stable")
+    element = at.element[order]
+    changes = np.flatnonzero(np.diff(element)) + 1
+    starts = np.concatenate([[0], changes, [element.size]]) if element.size else np.zeros(1, int)
+    values = np.zeros((6, element.size))
+    kernels.stress_in_elements(
+        space.nodes,
+        u,
+        elements.grid.edges,
+        elements.size,
+        np.array(lame),
+        np.zeros(len(elements.position), dtype=bool),
+        gauss_places(2)[0, :2],
+        starts,
+        element,
+        np.ascontiguousarray(at.reference[:, order]),
+        values,
+    )
+    back = np.empty_like(values)
+    back[:, order] = values
+    return back

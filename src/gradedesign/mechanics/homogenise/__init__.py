@@ -1,0 +1,1 @@
+"""Effective properties of periodic cells: stiffness, strength, buckling, walls of few cells."""

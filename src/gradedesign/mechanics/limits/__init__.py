@@ -1,0 +1,1 @@
+"""Limits, one file a kind: value, gradient, row of the verdict, band."""

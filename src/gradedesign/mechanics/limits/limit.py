@@ -1,0 +1,280 @@
+"""The protocol of limits, used by sizing, the loop, acceptance, report and check.
+
+A limit enters sizing on one of two roads. By gradient: it gives its value with the derivative by
+the displacements, and sizing solves the adjoint problem. Or as a lower bound: it gives the density
+that every tetrahedron needs at its present macroscopic stress.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.common.values.locate import Where
+from gradedesign.geometry.part.regions import Region
+from gradedesign.mechanics.fe.displacement_goal import DisplacementGoal
+from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
+from gradedesign.mechanics.fe.supports import Supports
+from gradedesign.mechanics.limits.analysis import Analysis, SubmodelStress
+from gradedesign.mechanics.limits.banded import Banded
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.limits_schema import LimitEntry, LimitsSpec
+from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.mechanics.limits.state import HomogenisedState, Predicted, Response
+from gradedesign.mechanics.material.law_field import LawField
+from gradedesign.mechanics.material.material import Material
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Limit(ABC):
+    """One limit of a case on the part as it is meshed.
+
+    Attributes
+    ----------
+    key : LimitKey
+    name : str
+        Of its row, such as ``"displacement of tip magnitude"``.
+    allowed : float
+        In `unit`. Not a number where it is `times_solid` and the solid part is not analysed yet.
+    factor : float
+        Correction of the predicted value from explicit analyses; 1 at first.
+    times_solid : float or None
+        Multiple of the solid part's value, where the limit is stated so.
+    case_key : str
+        Where the case states it, such as ``limits.displacement[0].magnitude``.
+    """
+
+    key: LimitKey
+    name: str
+    allowed: float
+    factor: float = 1.0
+    times_solid: float | None = None
+    case_key: str = "limits"
+
+    #: Unit of value and limit.
+    unit: ClassVar[str]
+    #: Sizing reads `responses`; else `least_density`.
+    by_gradient: ClassVar[bool] = False
+    #: The homogenised state must hold stresses.
+    needs_stress: ClassVar[bool] = False
+    #: An explicit analysis measures it; else the homogenised prediction is its value throughout.
+    explicit: ClassVar[bool] = True
+    #: End of a band that decides, ``"high"`` or ``"low"``.
+    unfavourable: ClassVar[str] = "high"
+    #: The value converges with the order that an analysis states; percentiles and maxima do not.
+    converges: ClassVar[bool] = False
+    #: Largest factor on the limit of a point while the value is below its aim.
+    most_allowance: ClassVar[float] = 1.0
+    #: Utilisation up to which a broken limit may hold again by changes elsewhere in the design.
+    scatter: ClassVar[float] = 1.0
+
+    @property
+    @abstractmethod
+    def measure(self) -> str:
+        """Way in which the value is taken from an analysis, in words."""
+
+    @property
+    def stated(self) -> str:
+        """The limit as the case states it where that is no number, such as ``2 x solid``."""
+        return "" if self.times_solid is None else f"{self.times_solid:g} x solid"
+
+    @abstractmethod
+    def predict(self, state: HomogenisedState) -> Predicted:
+        """Value on the homogenised part, times `factor`."""
+
+    def responses(
+        self, state: HomogenisedState, memory: tuple[int, ...] = ()
+    ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
+        """Values with their derivatives, the governing one first, and the memory for the next call.
+
+        Parameters
+        ----------
+        state : HomogenisedState
+        memory : tuple of int
+            Memory that the last call of this sizing returned; empty at first.
+        """
+        raise NotImplementedError(f"{type(self).__name__} enters sizing by least_density")
+
+    def least_density(self, state: HomogenisedState, allowance: float = 1.0) -> FloatArray:
+        """Nominal density at which the present macroscopic stress just reaches the limit, ``(M,)``.
+
+        ``allowance`` scales the limit at a point. The top of the law's window where no density
+        suffices; zero where nothing is asked for.
+        """
+        raise NotImplementedError(f"{type(self).__name__} enters sizing by responses")
+
+    def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:  # noqa: ARG002
+        """Values in an analysis of the solid part or of the explicit lattice; none unless measured.
+
+        The row of the limit's own key updates the correction.
+        """
+        return ()
+
+    def goal(self) -> DisplacementGoal | None:
+        """The value as one of a region's displacement, whose own error acceptance estimates.
+
+        None: the value is no such one, or is taken over several load cases.
+        """
+        return None
+
+    def submodel_factor(self, submodels: Sequence[SubmodelStress]) -> Banded | None:  # noqa: ARG002
+        """Factor of submodels of the printed surface over their driving analysis, with its band.
+
+        None: submodels do not judge this limit.
+        """
+        return None
+
+    def rest(self, analysis: Analysis) -> float:  # noqa: ARG002
+        """Value of the solid part below which a multiple of it means nothing, in `unit`."""
+        return 0.0
+
+    def notes(self, volumes: FloatArray, rho: FloatArray) -> tuple[str, ...]:  # noqa: ARG002
+        """Warnings about a design: volumes of lattice ``(M,)``, mm^3, and densities ``(M,)``."""
+        return ()
+
+    def basis(self) -> Mapping[str, float]:
+        """Numbers beside the law of the lattice in the report."""
+        return {}
+
+    def row(
+        self, value: float, judged_by: str, *, load_case: str = "", homogenised: bool = False
+    ) -> LimitRow:
+        """The row of a value."""
+        return LimitRow(
+            key=self.key,
+            name=self.name,
+            load_case=load_case or self.key.load_case,
+            value=float(value),
+            limit=self.allowed,
+            unit=self.unit,
+            judged_by=judged_by,
+            measure=self.measure,
+            stated=self.stated,
+            homogenised=homogenised,
+            unfavourable=self.unfavourable,
+            converges=self.converges,
+        )
+
+
+def limits_stress(limits: Sequence[Limit]) -> bool:
+    """Whether an explicit analysis judges a stress."""
+    return any(limit.needs_stress and limit.explicit for limit in limits)
+
+
+def predicted_row(limit: Limit, predicted: Predicted) -> LimitRow:
+    """The row of a homogenised prediction."""
+    judged_by = "homogenised prediction"
+    if predicted.place is not None:
+        judged_by += f", most used at ({', '.join(f'{c:.1f}' for c in predicted.place)}) mm"
+    if predicted.governs:
+        judged_by += f"; {predicted.governs} govern"
+    if predicted.extrapolated:
+        judged_by += f"; no data: {predicted.extrapolated}"
+    row = limit.row(predicted.value, judged_by, load_case=predicted.load_case, homogenised=True)
+    return replace(row, extrapolated=bool(predicted.extrapolated))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PlacedModel:
+    """The part as it is meshed, loaded and held: what limits are made from.
+
+    Attributes
+    ----------
+    where : Where
+        Names file and line of a key of the case, for messages.
+    load_cases : tuple of LoadCaseSpec
+        As the case states them.
+    material : Material
+    law : LawField
+    evaluated : (M,) bool array
+        Tetrahedra outside the exclusion radius around clamped regions.
+    lattice_volumes : (M,) array, mm^3
+    exclusion_radius : float, mm
+    nodes : mapping of region to (k,) int array
+        Nodes of the regions that `LimitKind.stated` names, edge middles included.
+    shares : mapping of region to (k,) array
+        Share of the region's area that each of its nodes stands for.
+    supports : mapping of load case to Supports
+    """
+
+    where: Where
+    load_cases: tuple[LoadCaseSpec, ...]
+    material: Material
+    law: LawField
+    evaluated: BoolArray
+    lattice_volumes: FloatArray
+    exclusion_radius: float
+    nodes: Mapping[str, IntArray]
+    shares: Mapping[str, FloatArray]
+    supports: Mapping[str, Supports]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StatedLimit:
+    """A limit as the case states it, known without a mesh.
+
+    Attributes
+    ----------
+    name : str
+    load_case : str
+        ``"every"`` for one on the largest value over all load cases.
+    allowed : str
+        Such as ``"2 mm"`` or ``"2 x solid"``.
+    region : str
+        Region of the part that it applies to, or empty.
+    by_gradient : bool
+        It costs sizing an adjoint solve.
+    """
+
+    name: str
+    load_case: str
+    allowed: str
+    region: str = ""
+    by_gradient: bool = False
+
+
+def stated_goals(limits: Iterable[StatedLimit]) -> int:
+    """Number of limits that have a `Limit.goal`, as far as the case tells."""
+    return sum(limit.by_gradient and bool(limit.region) for limit in limits)
+
+
+def no_refusal(
+    limits: LimitsSpec,
+    load_cases: Sequence[LoadCaseSpec],
+    regions: Mapping[str, Region],
+    where: Where,
+) -> None:
+    """Nothing about the surface of a part makes a limit impossible."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LimitKind:
+    """A kind of limit, as a plugin registers it.
+
+    Attributes
+    ----------
+    name : str
+        `LimitKey.kind` of its limits, and the key of its list in ``[limits]``.
+    make : callable
+        ``make(LimitsSpec, PlacedModel) -> (limits, warnings)``: the limits that ``[limits]``
+        states. A `CaseError` refuses one that no design can change.
+    stated : callable
+        ``stated(LimitsSpec, load cases, Material) -> sequence of StatedLimit``: the same without a
+        mesh.
+    entry : type of LimitEntry or None
+        Layout of one table of ``[limits] name = [{...}]``; None: its keys are the core's.
+    require : callable
+        ``require(LimitsSpec, load cases, regions, Where)``: raises a `CaseError` for what the
+        part's surface shows to be impossible.
+    """
+
+    name: str
+    make: Callable[[LimitsSpec, PlacedModel], tuple[Sequence[Limit], Sequence[str]]]
+    stated: Callable[[LimitsSpec, Sequence[LoadCaseSpec], Material], Sequence[StatedLimit]]
+    entry: type[LimitEntry] | None = None
+    require: Callable[[LimitsSpec, Sequence[LoadCaseSpec], Mapping[str, Region], Where], None] = (
+        no_refusal
+    )

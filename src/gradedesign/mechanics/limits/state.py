@@ -1,0 +1,118 @@
+"""State of the homogenised part as limits read it, and their predictions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from gradedesign.arrays import FloatArray
+from gradedesign.mechanics.material.law_field import LawField
+
+
+class HomogenisedState(Protocol):
+    """A density field with the displacements and stresses of every load case.
+
+    M tetrahedra, N nodes. Stresses are there only for limits that say `Limit.needs_stress`.
+    """
+
+    @property
+    def load_cases(self) -> Sequence[str]:
+        """Names of the load cases, in the order of the case."""
+
+    @property
+    def rho(self) -> FloatArray:
+        """Nominal relative density of the lattice, ``(M,)``."""
+
+    @property
+    def effective_density(self) -> FloatArray:
+        """Effective relative density: that of the cells as the part's faces trim them, ``(M,)``."""
+
+    @property
+    def lattice_volumes(self) -> FloatArray:
+        """Volume that lattice fills, ``(M,)``, mm^3: zero in passive solid regions."""
+
+    @property
+    def nodes(self) -> FloatArray:
+        """Nodes, edge middles included, ``(3, N)``, mm."""
+
+    @property
+    def centroids(self) -> FloatArray:
+        """Centroids of the tetrahedra, ``(3, M)``, mm."""
+
+    @property
+    def law(self) -> LawField:
+        """Laws of stiffness and strength of the lattice."""
+
+    def displacement(self, load_case: str) -> FloatArray:
+        """Nodal displacements, ``(3, N)``, mm."""
+
+    def force(self, load_case: str) -> FloatArray:
+        """Nodal forces of loads and inertia, without reactions and thermal forces, (3, N), N."""
+
+    def force_slope(self, load_case: str, displacement: FloatArray) -> FloatArray:
+        """Derivative by every density of the work of those forces on a displacement, (M,), N mm."""
+
+    def local_stress(self, load_case: str) -> FloatArray:
+        """Predicted von Mises stress in the solid of the lattice, ``(M,)``, MPa."""
+
+    def density_for_stress(self, load_case: str, permitted: float) -> FloatArray:
+        """Nominal density that keeps the local stress within ``permitted`` MPa, ``(M,)``.
+
+        The macroscopic stress is held. The top of the law's window where that is not enough.
+        """
+
+    def buckling_profile(self, load_case: str) -> FloatArray:
+        """Use of the resistance against buckling, as `LawField.buckling_profile`, ``(b, M)``."""
+
+    def nominal_density(self, effective: FloatArray) -> FloatArray:
+        """Nominal density of cells that hold an effective density, ``(M,)``."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Predicted:
+    """A value that the homogenised part predicts for a limit, corrections included.
+
+    Attributes
+    ----------
+    value : float
+        In the unit of the limit.
+    load_case : str
+        That governs.
+    place : (float, float, float) or None, mm
+        Where the value is taken, if that is one place.
+    governs : str
+        What governs there, in words; empty: there is nothing to tell apart.
+    extrapolated : str
+        Why the value rests on no data, in words; empty where it does.
+    """
+
+    value: float
+    load_case: str
+    place: tuple[float, float, float] | None = None
+    governs: str = ""
+    extrapolated: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Response:
+    """A value with its derivative by the nodal displacements, from which its gradient follows.
+
+    Attributes
+    ----------
+    name : str
+        For progress and messages.
+    load_case : str
+    value : float
+        In the unit of the limit, corrections included.
+    by_displacement : (3, N) array
+        Derivative of the value by every nodal displacement: the load of the adjoint problem.
+    by_density : (M,) array or None
+        Derivative by every density at fixed displacements; None: there is none.
+    """
+
+    name: str
+    load_case: str
+    value: float
+    by_displacement: FloatArray
+    by_density: FloatArray | None = None

@@ -1,0 +1,1 @@
+"""Materials, and laws of stiffness and strength over relative density."""

@@ -1,0 +1,68 @@
+"""``[material]``: a name from the library, or the properties themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
+
+from pydantic import Field, model_validator
+
+from gradedesign.common.values.suggest import listed
+from gradedesign.common.values.table import Table, key_error
+from gradedesign.common.values.value_types import Name, Number, Quantity
+
+_NEEDED = ("youngs_modulus", "poissons_ratio", "density")
+
+
+class MaterialSpec(Table):
+    """Either ``name`` alone, resolved in the library of materials, or its own properties."""
+
+    example: ClassVar[str] = '{name = "Ti-6Al-4V"}'
+
+    called: ClassVar[Mapping[str, str]] = {
+        "material": "name",
+        "e": "youngs_modulus",
+        "elastic_modulus": "youngs_modulus",
+        "nu": "poissons_ratio",
+        "rho": "density",
+        "alpha": "thermal_expansion",
+        "cte": "thermal_expansion",
+    }
+
+    name: Name | None = Field(default=None, examples=["Ti-6Al-4V"])
+    """Name in the library."""
+    youngs_modulus: Annotated[float, Quantity("stress", above=0.0)] | None = Field(
+        default=None, examples=["114 GPa"]
+    )
+    """Young's modulus of the solid material, MPa."""
+    poissons_ratio: Annotated[float, Number(above=-1.0, below=0.5)] | None = Field(
+        default=None, examples=[0.34]
+    )
+    """Poisson's ratio."""
+    density: Annotated[float, Quantity("density", above=0.0)] | None = None
+    """Mass density of the solid material, t/mm^3."""
+    yield_strength: Annotated[float, Quantity("stress", above=0.0)] | None = Field(
+        default=None, examples=["880 MPa"]
+    )
+    """Stress at which the solid material yields, MPa; needed for a safety factor."""
+    thermal_expansion: Annotated[float, Quantity("thermal_expansion")] | None = None
+    """Coefficient of thermal expansion, 1/K; needed for a temperature change."""
+
+    @model_validator(mode="after")
+    def _complete(self) -> MaterialSpec:
+        if self.name is not None:
+            extra = [k for k in type(self).model_fields if k in self.model_fields_set - {"name"}]
+            if extra:
+                raise key_error(
+                    extra[0],
+                    "found beside name; expected either a name from the library or the "
+                    "properties without a name",
+                )
+            return self
+        missing = [k for k in _NEEDED if getattr(self, k) is None]
+        if missing:
+            raise ValueError(
+                f"found no name and no {listed(missing)}; expected a name from the library such "
+                f'as name = "Ti-6Al-4V", or all of {listed(_NEEDED)}'
+            )
+        return self

@@ -1,0 +1,1 @@
+"""The homogenised part and its optimiser: densities that meet every limit."""

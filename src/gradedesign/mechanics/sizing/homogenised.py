@@ -1,0 +1,85 @@
+"""The homogenised part: its mass, its loads and its displacements for a density field."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from gradedesign.arrays import FloatArray
+from gradedesign.mechanics.fe.elastic_system import ElasticSystem, prepare_elastic
+from gradedesign.mechanics.fe.load_case import load_vector
+from gradedesign.mechanics.fe.solution import LoadVector, Solution
+from gradedesign.mechanics.fe.solve import solve_cases
+from gradedesign.mechanics.sizing.homogenised_model import (
+    HomogenisedModel,
+    effective_density,
+    effective_slope,
+)
+from gradedesign.mechanics.sizing.lattice_stiffness import as_stiffness, effective_stiffness
+
+#: Residual of the homogenised solves: sizing needs no more, and balance is checked to it.
+RTOL = 1e-6
+
+
+def solid_held(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Density of the lattice phase with the solid that faces add to it or cut from it, ``(M,)``."""
+    effective = effective_density(model, rho)
+    return effective if model.walls is None else effective * model.walls.solid(rho)
+
+
+def solid_slope(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Derivative of effective solid by nominal density, ``(M,)``."""
+    slope = effective_slope(model, rho)
+    if model.walls is None:
+        return slope
+    added = effective_density(model, rho) * model.walls.solid_slope(rho)
+    return slope * model.walls.solid(rho) + added
+
+
+def mass_density(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Mass per volume of every tetrahedron, ``(M,)``, t/mm^3."""
+    share = model.solid_fraction
+    return model.material.density * (share + (1 - share) * solid_held(model, rho))
+
+
+def lattice_mass(model: HomogenisedModel, rho: FloatArray) -> float:
+    """Mass of the lattice phase alone, t."""
+    weights = model.lattice_volumes
+    return float(model.material.density * (weights @ solid_held(model, rho)))
+
+
+def total_mass(model: HomogenisedModel, rho: FloatArray) -> float:
+    """Mass of lattice and solid phases, t."""
+    return float(model.volumes @ mass_density(model, rho))
+
+
+def homogenised_system(
+    model: HomogenisedModel, rho: FloatArray, earlier: Sequence[FloatArray] = ()
+) -> ElasticSystem:
+    """Stiffness for lattice densities ``(M,)``, ready for loads and adjoint loads alike.
+
+    ``earlier`` are displacements ``(3, N)`` of similar densities, to start iterations from.
+    """
+    stiffness = as_stiffness(effective_stiffness(model, rho))
+    return prepare_elastic(
+        model.space, stiffness, solver=model.solver, pattern=model.pattern, earlier=earlier
+    )
+
+
+def solve_homogenised(
+    model: HomogenisedModel, rho: FloatArray, system: ElasticSystem | None = None
+) -> tuple[Solution, ...]:
+    """Displacements of every load case for lattice densities ``(M,)``.
+
+    ``system`` is theirs by `homogenised_system`, where it is at hand.
+    """
+    system = system or homogenised_system(model, rho)
+    density, expansion = mass_density(model, rho), model.material.thermal_expansion
+    vectors = [
+        load_vector(model.space, case, system.stiffness, density, expansion) for case in model.cases
+    ]
+    return solve_vectors(system, vectors)
+
+
+def solve_vectors(system: ElasticSystem, vectors: Sequence[LoadVector]) -> tuple[Solution, ...]:
+    """Displacements of given load vectors, such as adjoint loads, on the same stiffness."""
+    return solve_cases(system, vectors, rtol=RTOL)

@@ -1,0 +1,162 @@
+"""Stiffness of the lattice phase, and of both phases, from density.
+
+Arrays are ``(6, 6, M)`` where cells lie alike, ``(6, 6, 4, M)`` at the Gauss points of the
+tetrahedra where they follow a map, and ``(6, 6, 10, M)`` moments where walls of few cells vary over
+their thickness or solid and lattice share a tetrahedron; `as_stiffness` makes of them what is
+assembled.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.mechanics.fe.stiffness import (
+    UNIFORM,
+    AnisotropicStiffness,
+    GaussStiffness,
+    MomentStiffness,
+    Stiffness,
+    gauss_moments,
+)
+from gradedesign.mechanics.material.scaling_law import isotropic_stiffness
+from gradedesign.mechanics.sizing.homogenised_model import (
+    HomogenisedModel,
+    effective_density,
+    effective_slope,
+)
+
+
+def solid_stiffness(model: HomogenisedModel) -> FloatArray:
+    """Stiffness of the base material, ``(6, 6)``, MPa."""
+    return isotropic_stiffness(
+        np.asarray(model.material.youngs_modulus), model.material.poissons_ratio
+    )
+
+
+def cell_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Corrected stiffness of the periodic lattice in global axes, ``(6, 6, [4,] M)``, MPa.
+
+    What local stress follows from: a member in a face of a wall is strained as the wall is there.
+    """
+    return _rotated(
+        model, _scale(model, rho) * _law_stiffness(model, effective_density(model, rho))
+    )
+
+
+def lattice_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Corrected stiffness of the lattice phase in global axes, ``(6, 6, [4 or 10,] M)``, MPa."""
+    if model.walls is None:
+        return cell_stiffness(model, rho)
+    whole = _scale(model, rho) * _law_stiffness(model, effective_density(model, rho))
+    return _rotated(model, whole[:, :, None] * model.walls.moments(rho))
+
+
+def lattice_stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """d(lattice stiffness)/d(rho), shaped as `lattice_stiffness`, MPa."""
+    scale = _scale(model, rho)
+    slope = scale * _relative_slope(model, rho)
+    if model.walls is None:
+        return _rotated(model, slope)
+    moments, grown = model.walls.moments_with_slope(rho)
+    whole = scale * _law_stiffness(model, effective_density(model, rho))
+    return _rotated(model, slope[:, :, None] * moments + whole[:, :, None] * grown)
+
+
+def as_stiffness(C: FloatArray) -> Stiffness:
+    """Stiffness record of an array of this module, to be assembled or evaluated."""
+    if C.ndim == 3:
+        return AnisotropicStiffness(C=C)
+    return GaussStiffness(C=C) if C.shape[2] == 4 else MomentStiffness(C=C)
+
+
+def growth_exponent(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """d(ln C11)/d(ln rho) in the axes of the cells, ``(M,)``.
+
+    With the correction, without walls.
+    """
+    whole = _law_stiffness(model, effective_density(model, rho))[0, 0]
+    return rho * _relative_slope(model, rho)[0, 0] / whole
+
+
+def effective_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Stiffness of both phases, ``(6, 6, [4 or 10,] M)``, MPa."""
+    lattice = in_lattice(model, lattice_stiffness(model, rho))
+    solid = solid_stiffness(model).reshape(6, 6, *(1,) * (lattice.ndim - 2))
+    if model.solid_moments is not None:
+        return np.asarray(lattice + model.solid_moments * solid)
+    if model.walls is not None:
+        solid = solid * UNIFORM[:, None]
+    return np.asarray(lattice + model.solid_fraction * solid)
+
+
+def in_lattice(model: HomogenisedModel, C: FloatArray) -> FloatArray:
+    """Contribution of lattice of stiffness ``C`` where it lies, ``(6, 6, [4 or 10,] M)``, MPa.
+
+    A stiffness that varies inside the tetrahedra is thinned out in proportion to the room for
+    lattice, moment by moment.
+    """
+    if model.solid_moments is None:
+        return np.asarray((1 - model.solid_fraction) * C)
+    room = UNIFORM[:, None] - model.solid_moments
+    if C.ndim == 3:
+        return np.asarray(C[:, :, None] * room)
+    moments = gauss_moments(C) if C.shape[2] == 4 else C
+    return np.asarray(moments * (room / UNIFORM[:, None]))
+
+
+def correction_factor(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Correction of the lattice's stiffness by explicit analyses, ``(M,)``."""
+    grown = (rho / model.reference_density) ** model.stiffness_exponent
+    return np.asarray(model.stiffness_factor * grown)
+
+
+def _scale(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Factor on the law's relative stiffness, ``(M,)``, MPa."""
+    return model.material.youngs_modulus * correction_factor(model, rho)
+
+
+def _relative_slope(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Derivative of scale times law's stiffness by density, over the scale, ``(6, 6, M)``."""
+    effective = effective_density(model, rho)
+    slope = _law_slope(model, effective) * effective_slope(model, rho)
+    if model.stiffness_exponent:
+        slope = slope + model.stiffness_exponent / rho * _law_stiffness(model, effective)
+    return slope
+
+
+def _law_stiffness(model: HomogenisedModel, effective: FloatArray) -> FloatArray:
+    """Stiffness of the law, in proportion to the solid beyond the ends of its window.
+
+    Only effective densities beside passive regions leave the window; nominal ones never do.
+    """
+    if model.effective is None:
+        return model.law.stiffness(effective)
+    inside = np.clip(effective, *model.law.window)
+    return model.law.stiffness(inside) * (effective / inside)
+
+
+def _law_slope(model: HomogenisedModel, effective: FloatArray) -> FloatArray:
+    """Derivative of `_law_stiffness` by the effective density."""
+    if model.effective is None:
+        return model.law.stiffness_derivative(effective)
+    inside = np.clip(effective, *model.law.window)
+    return np.where(
+        inside == effective,
+        model.law.stiffness_derivative(inside),
+        model.law.stiffness(inside) / inside,
+    )
+
+
+def _rotated(model: HomogenisedModel, relative: FloatArray) -> FloatArray:
+    """Turn ``(6, 6, [10,] M)`` from cell to global axes; identity costs nothing.
+
+    Where axes turn from point to point, ``(6, 6, M)`` becomes ``(6, 6, 4, M)``.
+    """
+    bond = model.rotation
+    if bond.ndim == 4:
+        half = np.einsum("aiqm,ijm->ajqm", bond, relative)
+        return np.einsum("ajqm,bjqm->abqm", half, bond)
+    if np.array_equal(bond, np.eye(6)):
+        return relative
+    return np.einsum("ai,ij...,bj->ab...", bond, relative, bond)

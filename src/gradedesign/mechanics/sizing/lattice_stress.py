@@ -1,0 +1,122 @@
+"""Macroscopic stress of the lattice phase, and the local stress it causes at any density."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, locked
+from gradedesign.mechanics.fe.solution import Solution
+from gradedesign.mechanics.fe.stiffness import Stiffness
+from gradedesign.mechanics.fe.stress import element_stress, element_von_mises
+from gradedesign.mechanics.sizing.homogenised_model import (
+    HomogenisedModel,
+    effective_density,
+    nominal_density,
+)
+from gradedesign.mechanics.sizing.lattice_stiffness import as_stiffness, cell_stiffness
+
+#: How often a Voigt component stands in its tensor.
+_TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
+#: Places of the Voigt components xx, yy, zz, yz, xz, xy in a tensor.
+_VOIGT = ((0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LatticeStress:
+    """Stress demand of the lattice phase of every tetrahedron in one load case.
+
+    Attributes
+    ----------
+    demand : (k, M) array, MPa
+        Means over the tetrahedron's quadrature points, of every law in turn. Where a law knows the
+        local stress under any macroscopic one, its profile over the densities of the law; else one
+        row, the macroscopic von Mises stress.
+    buckling : (b, M) array
+        Utilisation of the resistance against buckling, as `LawField.buckling_profile`.
+    """
+
+    demand: FloatArray
+    buckling: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "buckling", locked(self.buckling, (None, None), name="buckling"))
+        object.__setattr__(self, "demand", locked(self.demand, (None, None), name="demand"))
+
+
+def lattice_stress(
+    model: HomogenisedModel, rho: FloatArray, solutions: Sequence[Solution]
+) -> tuple[LatticeStress, ...]:
+    """Stress of the lattice phase of densities ``(M,)`` in every load case, in their order."""
+    return stress_demand(model, as_stiffness(cell_stiffness(model, rho)), solutions)
+
+
+def stress_demand(
+    model: HomogenisedModel, stiffness: Stiffness, solutions: Sequence[Solution]
+) -> tuple[LatticeStress, ...]:
+    """Demand on the lattice of the stress in a body of any stiffness on the same tetrahedra.
+
+    Parameters
+    ----------
+    model : HomogenisedModel
+        Its laws, cell axes and load cases.
+    stiffness : Stiffness
+        Of the body: of the lattice, or of the fully solid part.
+    solutions : sequence of Solution
+        Of that body in every load case.
+
+    Returns
+    -------
+    tuple of LatticeStress
+        One per load case, in their order.
+    """
+    thermal = model.material.thermal_expansion
+    by_name = {s.name: s for s in solutions}
+    stresses = []
+    for case in model.cases:
+        displacement = by_name[case.name].displacement
+        strain = thermal * case.temperature_change
+        tensor = element_stress(model.space, stiffness, displacement, thermal_strain=strain)
+        turned = in_cell_axes(model, tensor[_VOIGT])
+        buckling = model.law.buckling_profile(turned / model.material.youngs_modulus)
+        if model.cut_share is not None:
+            buckling = buckling / model.cut_share
+        macro = None
+        if model.law.needs_von_mises:
+            macro = element_von_mises(model.space, stiffness, displacement, thermal_strain=strain)
+        demand = model.law.stress_profile(turned, macro)
+        stresses.append(LatticeStress(demand=demand, buckling=buckling))
+    return tuple(stresses)
+
+
+def in_cell_axes(model: HomogenisedModel, stress: FloatArray) -> FloatArray:
+    """Turn Voigt stresses ``(6, M, 4)`` at Gauss points from global axes to those of each cell."""
+    if np.array_equal(model.rotation, np.eye(6)):
+        return stress
+    # The inverse of a Bond matrix is its transpose, but for the factors of engineering shear.
+    twice = _TWICE.reshape(6, *(1,) * (stress.ndim - 1))
+    whole = twice * stress
+    if model.rotation.ndim == 2:
+        turned = np.tensordot(model.rotation.T, whole, axes=1)
+    else:
+        turned = np.einsum("baqm,bmq->amq", model.rotation, whole)
+    return turned / twice
+
+
+def local_stress_at(model: HomogenisedModel, stress: LatticeStress, rho: FloatArray) -> FloatArray:
+    """Local von Mises stress in the solid at given densities, macroscopic stress held, ``(M,)``."""
+    effective = effective_density(model, rho)
+    inside = np.clip(effective, *model.law.window) if model.effective is not None else effective
+    local = model.law.local_stress(stress.demand, inside)
+    # Beyond the law's window, which only trimmed cells leave: in proportion to the solid.
+    return local * (inside / effective)
+
+
+def least_density(model: HomogenisedModel, stress: LatticeStress, permitted: float) -> FloatArray:
+    """Density that keeps the local stress within ``permitted`` MPa, macroscopic stress held.
+
+    ``(M,)``; the top of the law's window where that is not enough.
+    """
+    return nominal_density(model, model.law.density_for_stress(stress.demand, permitted))

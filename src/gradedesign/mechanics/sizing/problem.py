@@ -1,0 +1,184 @@
+"""Problem, history and result of sizing."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, locked
+from gradedesign.errors import DensityError
+from gradedesign.mechanics.limits.limit import Limit
+from gradedesign.mechanics.sizing.filter import DensityFilter, filtered
+from gradedesign.mechanics.sizing.homogenised import lattice_mass
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SizingStep:
+    """One iteration of the history.
+
+    ``utilisations`` are values over their limits, in the problem's order.
+    """
+
+    iteration: int
+    mass_g: float
+    mean_density: float
+    utilisations: tuple[float, ...]
+    change: float
+
+    @property
+    def utilisation(self) -> float:
+        """Largest utilisation of any limit."""
+        return max(self.utilisations, default=0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SizingProblem:
+    """Sizing problem: least mass at which all limits hold.
+
+    Attributes
+    ----------
+    model : HomogenisedModel
+    limits : tuple of Limit
+    bounds : (float, float)
+        Of every design variable; where ``windows`` is None, density bounds: the intersection of
+        user, family and law.
+    filter : DensityFilter
+        From design variables to element densities, rows summing to 1. One column is a uniform
+        density.
+    windows : ((M,) array, (M,) array) or None
+        Density bounds of every element, where they differ. A filtered variable then says how far
+        from the lower to the upper of its element's bounds the density lies, as far as it lies
+        itself between ``bounds``: no density leaves its element's bounds, and none jumps where
+        they do not.
+    target : float
+        Utilisation of the governing limit that sizing aims at, just below 1.
+
+    Raises
+    ------
+    DensityError
+        If the bounds are empty.
+    ValueError
+        If a limit is not positive: one relative to the solid part that its analysis has not
+        resolved yet.
+    """
+
+    model: HomogenisedModel
+    limits: tuple[Limit, ...]
+    bounds: tuple[float, float]
+    filter: DensityFilter
+    windows: tuple[FloatArray, FloatArray] | None = None
+    target: float = 1.0
+
+    def __post_init__(self) -> None:
+        lo, hi = self.bounds
+        if not 0 < lo <= hi < 1:
+            raise DensityError(
+                f"density bounds [{lo:g}, {hi:g}] are empty; expected 0 < lo <= hi < 1"
+            )
+        if self.windows is not None and not (
+            lo < hi and (self.windows[0] > 0).all() and (self.windows[0] <= self.windows[1]).all()
+        ):
+            raise DensityError("density bounds of some elements are empty; expected lo <= hi")
+        for limit in self.limits:
+            if not limit.allowed > 0:
+                raise ValueError(
+                    f"limit on {limit.name} ({limit.key.load_case}) is {limit.allowed:g} "
+                    f"{limit.unit}; expected a positive value"
+                )
+
+
+def sizing_step(
+    problem: SizingProblem,
+    rho: FloatArray,
+    iteration: int,
+    utilisations: tuple[float, ...],
+    change: float,
+) -> SizingStep:
+    """History entry of densities ``(M,)``."""
+    weights = problem.model.lattice_volumes
+    return SizingStep(
+        iteration=iteration,
+        mass_g=lattice_mass(problem.model, rho) * 1e6,
+        mean_density=float(weights @ rho / weights.sum()),
+        utilisations=utilisations,
+        change=change,
+    )
+
+
+def element_densities(problem: SizingProblem, x: FloatArray) -> FloatArray:
+    """Densities ``(M,)`` of design variables ``(n,)``."""
+    variables = filtered(problem.filter, x)
+    if problem.windows is None:
+        return variables
+    low, slope = problem.windows[0], density_slope(problem)
+    return np.clip(low + slope * (variables - problem.bounds[0]), *problem.windows)
+
+
+def density_slope(problem: SizingProblem) -> FloatArray:
+    """Derivative of every element's density by its filtered variable, ``(M,)``."""
+    if problem.windows is None:
+        return np.ones(problem.filter.shape[0])
+    lo, hi = problem.bounds
+    return np.asarray((problem.windows[1] - problem.windows[0]) / (hi - lo))
+
+
+def filtered_for(problem: SizingProblem, rho: FloatArray) -> FloatArray:
+    """Filtered variables of densities ``(M,)``, within the bounds; the lower for a fixed one."""
+    lo, hi = problem.bounds
+    if problem.windows is None:
+        return np.clip(rho, lo, hi)
+    slope = density_slope(problem)
+    over = np.zeros_like(rho)
+    np.divide(rho - problem.windows[0], slope, out=over, where=slope > 0)
+    return np.clip(lo + over, lo, hi)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SizingResult:
+    """A density per tetrahedron with the history that led to it.
+
+    Attributes
+    ----------
+    rho : (M,) array
+        Density of every tetrahedron.
+    variables : (n,) array
+        Design variables, see `element_densities`.
+    history : tuple of SizingStep
+        The last step is that of ``rho``.
+    converged : bool
+        Iteration ended because nothing changed any more, not because iterations ran out.
+    feasible : bool
+        Every limit holds at ``rho`` on the homogenised part with its corrections: each utilisation
+        is at most 1. The aim, `SizingProblem.target`, does not enter: a design between aim and
+        limit is feasible, one a thousandth beyond a limit is not.
+    """
+
+    rho: FloatArray
+    variables: FloatArray
+    history: tuple[SizingStep, ...]
+    converged: bool
+    feasible: bool
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rho", locked(self.rho, (None,), name="rho"))
+        object.__setattr__(self, "variables", locked(self.variables, (None,), name="variables"))
+
+
+def sizing_result(
+    problem: SizingProblem, x: FloatArray, history: Sequence[SizingStep], *, converged: bool
+) -> SizingResult:
+    """Result for design variables ``(n,)`` that the last step of the history evaluated."""
+    log.info("sizing ended after %d iterations, converged=%s", len(history), converged)
+    return SizingResult(
+        rho=element_densities(problem, x),
+        variables=x,
+        history=tuple(history),
+        converged=converged,
+        feasible=history[-1].utilisation <= 1.0,
+    )

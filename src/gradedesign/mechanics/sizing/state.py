@@ -1,0 +1,145 @@
+"""The homogenised part at one density field, as limits read it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.geometry.tets.tet_mesh import centroids
+from gradedesign.mechanics.fe.elastic_system import ElasticSystem
+from gradedesign.mechanics.fe.element_means import body_force_work
+from gradedesign.mechanics.fe.load_case import PartLoadCase, mechanical_force
+from gradedesign.mechanics.fe.solution import Solution
+from gradedesign.mechanics.limits.limit import Limit
+from gradedesign.mechanics.material.law_field import LawField
+from gradedesign.mechanics.sizing.homogenised import mass_density, solid_slope, solve_homogenised
+from gradedesign.mechanics.sizing.homogenised_model import (
+    HomogenisedModel,
+    effective_density,
+    nominal_density,
+)
+from gradedesign.mechanics.sizing.lattice_stress import (
+    LatticeStress,
+    lattice_stress,
+    least_density,
+    local_stress_at,
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SolvedState:
+    """A `HomogenisedState`: the model, the densities and what solves their load cases.
+
+    Attributes
+    ----------
+    model : HomogenisedModel
+    rho : (M,) array
+    solutions : dict of load case to Solution
+    stress : dict of load case to LatticeStress
+        Empty unless a limit needs it.
+    """
+
+    model: HomogenisedModel
+    rho: FloatArray
+    solutions: dict[str, Solution]
+    stress: dict[str, LatticeStress]
+
+    @property
+    def load_cases(self) -> Sequence[str]:
+        """Names of the load cases."""
+        return tuple(case.name for case in self.model.cases)
+
+    @property
+    def effective_density(self) -> FloatArray:
+        """Effective relative density, ``(M,)``."""
+        return effective_density(self.model, self.rho)
+
+    @property
+    def lattice_volumes(self) -> FloatArray:
+        """Volume that lattice fills, ``(M,)``, mm^3."""
+        return self.model.lattice_volumes
+
+    @property
+    def nodes(self) -> FloatArray:
+        """Nodes of the space, ``(3, N)``, mm."""
+        return self.model.space.nodes
+
+    @property
+    def centroids(self) -> FloatArray:
+        """Centroids of the tetrahedra, ``(3, M)``, mm."""
+        return centroids(self.model.space.mesh)
+
+    @property
+    def law(self) -> LawField:
+        """Laws of the lattice."""
+        return self.model.law
+
+    def displacement(self, load_case: str) -> FloatArray:
+        """Nodal displacements, ``(3, N)``, mm."""
+        return self.solutions[load_case].displacement
+
+    def force(self, load_case: str) -> FloatArray:
+        """Nodal forces of loads and inertia, ``(3, N)``, N."""
+        case = case_named(self.model, load_case)
+        return mechanical_force(self.model.space, case, mass_density(self.model, self.rho))
+
+    def force_slope(self, load_case: str, displacement: FloatArray) -> FloatArray:
+        """Derivative by every density of the work of those forces, ``(M,)``, N mm."""
+        return force_slope(self.model, self.rho, case_named(self.model, load_case), displacement)
+
+    def local_stress(self, load_case: str) -> FloatArray:
+        """Predicted von Mises stress in the solid of the lattice, ``(M,)``, MPa."""
+        return local_stress_at(self.model, self.stress[load_case], self.rho)
+
+    def density_for_stress(self, load_case: str, permitted: float) -> FloatArray:
+        """Nominal density that keeps the local stress within ``permitted`` MPa, ``(M,)``."""
+        return least_density(self.model, self.stress[load_case], permitted)
+
+    def buckling_profile(self, load_case: str) -> FloatArray:
+        """Use of the resistance against buckling, as `LawField.buckling_profile`, ``(b, M)``."""
+        return self.stress[load_case].buckling
+
+    def nominal_density(self, effective: FloatArray) -> FloatArray:
+        """Nominal density of cells that hold an effective density, ``(M,)``."""
+        return nominal_density(self.model, effective)
+
+
+def solved_state(
+    model: HomogenisedModel,
+    rho: FloatArray,
+    limits: Sequence[Limit],
+    system: ElasticSystem | None = None,
+) -> SolvedState:
+    """Solve every load case for densities ``(M,)``, with the stress if a limit needs it.
+
+    ``system`` is theirs by `homogenised_system`, where it is at hand.
+    """
+    solutions = solve_homogenised(model, rho, system)
+    stress: Mapping[str, LatticeStress] = {}
+    if any(limit.needs_stress for limit in limits):
+        stresses = lattice_stress(model, rho, solutions)
+        stress = {case.name: value for case, value in zip(model.cases, stresses, strict=True)}
+    return SolvedState(
+        model=model,
+        rho=rho,
+        solutions={s.name: s for s in solutions},
+        stress=dict(stress),
+    )
+
+
+def case_named(model: HomogenisedModel, name: str) -> PartLoadCase:
+    """The load case of a model by its name."""
+    return next(case for case in model.cases if case.name == name)
+
+
+def force_slope(
+    model: HomogenisedModel, rho: FloatArray, case: PartLoadCase, displacement: FloatArray
+) -> FloatArray:
+    """Derivative by every density of the work of inertia on a displacement, ``(M,)``, N mm."""
+    if not np.any(case.acceleration):
+        return np.zeros(len(rho))
+    work = body_force_work(model.space, case.acceleration, displacement)
+    return work * model.material.density * (1 - model.solid_fraction) * solid_slope(model, rho)

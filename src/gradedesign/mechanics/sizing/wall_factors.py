@@ -1,0 +1,239 @@
+"""Walls of few cells in sizing: how the lattice's stiffness varies over their thickness.
+
+In the axes of the cells the stiffness at a point becomes ``D C D`` with a diagonal ``D``, which
+keeps it positive definite. For each axis that is normal to a wall, the entries in its plane follow
+a profile over the thickness whose mean and second moment are the wall's membrane and bending
+ratios, and the transverse ones a constant that gives the wall its shear stiffness. Ratios of
+several axes multiply.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.errors import DensityError
+from gradedesign.mechanics.fe.stiffness import UPPER, pair_products
+from gradedesign.mechanics.sizing.density_piece import density_piece
+
+#: Exponents of profiles, the least one that reaches the asked second moment is taken: outward
+#: ``|z|^p`` raises it to ``3 (p + 1) / (p + 3)``, inward ``(1 - z^2)^p`` lowers it to
+#: ``3 / (2 p + 3)``.
+EXPONENTS = (8, 16, 32)
+#: At most this share of a profile is not uniform, so that it stays positive.
+MOST = 0.95
+
+_VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
+#: Heights over half a wall at which the profile is integrated. Chosen, not measured.
+_HEIGHTS = 2001
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WallClass:
+    """Ratios of one kind of wall at the densities of `WallFactors`.
+
+    Attributes
+    ----------
+    solid : (k,) array
+        Density of the wall over that of the periodic lattice.
+    mean, outward, inward : (k, 3) arrays
+        Uniform part of the profiles and their parts towards the faces and the middle: along the
+        first in-plane axis, the second, and shear between them.
+    shear : (k, 2) array
+        Factor on the transverse shear stiffness along the first axis and the second.
+    exponent : int
+        Of both profiles.
+    """
+
+    solid: FloatArray
+    mean: FloatArray
+    outward: FloatArray
+    inward: FloatArray
+    shear: FloatArray
+    exponent: int
+
+
+def wall_class(
+    solid: FloatArray, membrane: FloatArray, bending: FloatArray, shear: FloatArray
+) -> WallClass:
+    """Profiles that have the membrane, bending and shear ratios of a wall.
+
+    Parameters
+    ----------
+    solid : (k,) array
+        By density.
+    membrane, bending : (k, 3) arrays
+    shear : (k, 2) array
+        Over ``5/6 G h``, that of a uniform plate.
+
+    Raises
+    ------
+    DensityError
+        If no profile has such a bending stiffness: more than all solid at the faces has, or less
+        than all in the middle.
+    """
+    relative = bending / membrane - 1
+    for exponent in EXPONENTS:
+        far, near = _second_moments(exponent)
+        outward = np.maximum(relative, 0.0) / (far - 1)
+        inward = np.maximum(-relative, 0.0) / (1 - near)
+        if max(outward.max(), inward.max()) <= MOST:
+            break
+    else:
+        least, most = 1 - MOST * (1 - near), 1 + MOST * (far - 1)
+        raise DensityError(
+            f"a wall is {1 + relative.max():.3g} or {1 + relative.min():.3g} times as stiff in "
+            f"bending as a uniform one of its membrane stiffness; expected {least:.2g} to "
+            f"{most:.3g}: move the origin of the cells"
+        )
+    # Transverse stress follows the profile of the stiffness along its own direction.
+    share = [
+        [_shear_share(outward[i, d], inward[i, d], exponent) for d in range(2)]
+        for i in range(len(solid))
+    ]
+    return WallClass(
+        solid=solid,
+        mean=membrane,
+        outward=outward * membrane,
+        inward=inward * membrane,
+        shear=shear * (5 / 6) / np.array(share),
+        exponent=exponent,
+    )
+
+
+def _second_moments(exponent: int) -> tuple[float, float]:
+    """Second moments over a uniform profile's: outward, inward."""
+    return 3 * (exponent + 1) / (exponent + 3), 3 / (2 * exponent + 3)
+
+
+def _parts(z: FloatArray, exponent: int) -> tuple[FloatArray, FloatArray]:
+    """Outward and inward profiles at heights -1 to 1, each of mean 1."""
+    middle = np.cumprod([1.0] + [2 * k / (2 * k + 1) for k in range(1, exponent + 1)])[-1]
+    return (exponent + 1) * np.abs(z) ** exponent, (1 - z * z) ** exponent / middle
+
+
+def _shear_share(outward: float, inward: float, exponent: int) -> float:
+    """Shear stiffness over ``G h`` for a profile of the stiffness along the wall and uniform G.
+
+    The shear flow is the moment of the profile beyond a height; 5/6 for a uniform one.
+    """
+    z = np.linspace(0.0, 1.0, _HEIGHTS)
+    far, near = _parts(z, exponent)
+    profile = 1 + outward * (far - 1) + inward * (near - 1)
+    steps = 0.5 * np.diff(z) * (profile[1:] * z[1:] + profile[:-1] * z[:-1])
+    flow = np.append(np.cumsum(steps[::-1])[::-1], 0.0)
+    return float(np.trapezoid(flow, z) ** 2 / np.trapezoid(flow**2, z))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WallFactors:
+    """Walls about every tetrahedron, at the points of an integration rule.
+
+    Attributes
+    ----------
+    density : (k,) array
+        Increasing; the ratios are linear between them.
+    classes : tuple of WallClass
+    kind : (3, M) int array
+        Class of the wall across each axis of the cells; -1 where there is none.
+    height : (3, q, M) array
+        Place of every point in that wall, -1 and 1 at its faces.
+    points, weights : (q, 4) and (q,) arrays
+        The rule.
+    """
+
+    density: FloatArray
+    classes: tuple[WallClass, ...]
+    kind: IntArray
+    height: FloatArray
+    points: FloatArray
+    weights: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "density", locked(self.density, (None,), name="density"))
+        if self.density.size < 2 or not (np.diff(self.density) > 0).all():
+            raise ValueError("densities must increase, two or more")
+        if np.abs(self.height).max(initial=0.0) > 1:
+            raise ValueError("heights lie between the faces of a wall, from -1 to 1")
+
+    def moments(self, rho: FloatArray) -> FloatArray:
+        """Moments of ``D_i D_j`` in cell axes at densities ``(M,)``, ``(6, 6, 10, M)``.
+
+        As in `gradedesign.mechanics.fe.stiffness.MomentStiffness`.
+        """
+        D = np.sqrt(self._products(rho)[0])
+        return self._moments(D, D)
+
+    def moments_with_slope(self, rho: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """`moments` and their derivatives by density."""
+        square, relative = self._products(rho)
+        D = np.sqrt(square)
+        return self._moments(D, D), self._moments(D, relative * D)
+
+    def _moments(self, first: FloatArray, second: FloatArray) -> FloatArray:
+        """Moments of the mean of ``first_i second_j`` and ``first_j second_i``."""
+        turn = pair_products(self.points, self.weights)
+        moments = np.zeros((6, 6, len(turn), first.shape[2]))
+        for i, j in zip(*UPPER, strict=True):
+            values = 0.5 * (first[i] * second[j] + first[j] * second[i])
+            moments[i, j] = moments[j, i] = turn @ values
+        return moments
+
+    def solid(self, rho: FloatArray) -> FloatArray:
+        """Effective over nominal density of the walls, ``(M,)``."""
+        return self._solid(rho)[0]
+
+    def solid_slope(self, rho: FloatArray) -> FloatArray:
+        """d(solid)/d(rho), ``(M,)``."""
+        value, relative = self._solid(rho)
+        return value * relative
+
+    def _solid(self, rho: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Ratio of solid and the derivative of its logarithm."""
+        value, relative = np.ones(rho.size), np.zeros(rho.size)
+        for _, tets, wall in self._walls():
+            at, slope = self._between(wall.solid[:, None], rho[tets])
+            value[tets] *= at[0]
+            relative[tets] += slope[0] / at[0]
+        return value, relative
+
+    def _products(self, rho: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Square of the diagonal of D, ``(6, q, M)``, and the derivative of its logarithm."""
+        factor = np.ones((6, self.weights.size, rho.size))
+        relative = np.zeros_like(factor)
+        for axis, tets, wall in self._walls():
+            i, j = (axis + 1) % 3, (axis + 2) % 3
+            far, near = _parts(self.height[axis][:, tets], wall.exponent)
+            mean, mean_slope = self._between(wall.mean, rho[tets])
+            out, out_slope = self._between(wall.outward, rho[tets])
+            into, into_slope = self._between(wall.inward, rho[tets])
+            for c, row in enumerate((i, j, _VOIGT[i, j])):
+                value = mean[c] + out[c] * (far - 1) + into[c] * (near - 1)
+                slope = mean_slope[c] + out_slope[c] * (far - 1) + into_slope[c] * (near - 1)
+                factor[row][:, tets] *= value
+                relative[row][:, tets] += slope / value
+            shear, shear_slope = self._between(wall.shear, rho[tets])
+            for c, row in enumerate((_VOIGT[i, axis], _VOIGT[j, axis])):
+                factor[row][:, tets] *= shear[c]
+                relative[row][:, tets] += shear_slope[c] / shear[c]
+        return factor, relative
+
+    def _walls(self) -> list[tuple[int, IntArray, WallClass]]:
+        """Axis, tetrahedra and class of every wall."""
+        walls = []
+        for axis in range(3):
+            for number, wall in enumerate(self.classes):
+                tets = np.flatnonzero(self.kind[axis] == number)
+                if tets.size:
+                    walls.append((axis, tets, wall))
+        return walls
+
+    def _between(self, rows: FloatArray, rho: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Rows ``(k, n)`` at densities ``(t,)`` and their slopes, ``(n, t)`` each."""
+        piece = density_piece(self.density, rho, "ratios of walls")
+        width = self.density[piece + 1] - self.density[piece]
+        slope = (rows[piece + 1] - rows[piece]) / width[:, None]
+        value = rows[piece] + slope * (rho - self.density[piece])[:, None]
+        return value.T, slope.T

@@ -1,0 +1,1 @@
+"""Sparse algebra of elasticity: conjugate gradients, multigrid, direct and eigenvalue solvers."""

@@ -1,1 +1,0 @@
-"""Surface or field to tetrahedra: the pytetwild worker, quality gates."""

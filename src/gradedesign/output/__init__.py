@@ -1,1 +1,0 @@
-"""Files for people and printers: stl, vtu, pictures, report."""

@@ -1,1 +1,0 @@
-"""The solid: readers, repair, smooth faces, selection, signed distance, its tetrahedra."""

@@ -1,0 +1,1 @@
+"""From a judged design to its user: plugins, run folder, pictures, files, commands."""

@@ -1,0 +1,405 @@
+"""The command line: options, exit codes, and what an error looks like.
+
+A command imports what it runs when it is called: ``--help`` needs none of it.
+"""
+
+from __future__ import annotations
+
+import errno
+import logging
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from contextlib import suppress
+from functools import wraps
+from importlib.metadata import version
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+from typer.core import TyperGroup
+
+from gradedesign.design.resolve.plugins_by_name import supplied_by
+from gradedesign.errors import GradeDesignError, Interrupted, PluginError, ResourceError
+from gradedesign.program.commands.interrupt import Interruption
+from gradedesign.program.commands.loading import loading_lines
+from gradedesign.program.commands.options import with_options
+from gradedesign.program.commands.read_first import require_case_text, require_generate_text
+from gradedesign.program.host.command import Command, command_names, load_command
+
+#: Errors keep their traceback.
+_DEBUG_FLAG = "--debug"
+
+
+class Commands(TyperGroup):
+    """The commands; each ends with one of our exit codes, whatever it runs."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Names of the commands: ours, then those of plugins that can be loaded."""
+        names = super().list_commands(ctx)
+        for name in command_names():
+            # One that cannot be loaded says why when it is called.
+            with suppress(PluginError):
+                names.append(load_command(name).name)
+        return names
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Find a command, ours or a plugin's.
+
+        Raises
+        ------
+        CaseError
+            If a plugin of this project that is not installed has it.
+        PluginError
+            If a plugin gives one of our names to its own, or cannot be loaded.
+        """
+        own = super().get_command(ctx, cmd_name)
+        if own is None and not (cmd_name in command_names() or supplied_by("commands", cmd_name)):
+            return None
+        if own is None:
+            return _of_plugin(load_command(cmd_name))
+        if cmd_name in command_names():
+            raise PluginError(
+                f"a plugin has a command '{cmd_name}', which gradedesign has itself; uninstall it"
+            )
+        return own
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command.
+
+        Raises
+        ------
+        PluginError
+            If something called ``sys.exit`` or raised what is no ``Exception``: no code of
+            gradedesign does, so it was a plugin.
+        """
+        try:
+            return super().invoke(ctx)
+        except (KeyboardInterrupt, Interrupted, Exception):
+            raise
+        except BaseException as error:
+            raise PluginError(
+                f"a plugin tried to end the program: {type(error).__name__}: {error}; "
+                f"{_DEBUG_FLAG} shows where, GRADEDESIGN_DISABLE_PLUGINS=1 runs without plugins"
+            ) from error
+
+
+def _of_plugin(command: Command) -> Any:
+    """A plugin's command as click has them; an interruption tells how it goes on."""
+
+    @wraps(command.call)
+    def call(*arguments: Any, **options: Any) -> None:
+        try:
+            command.call(*arguments, **options)
+        except Interrupted as error:
+            raise Interrupted(command.resumable) from error
+
+    alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+    alone.command(command.name)(call)
+    return typer.main.get_command(alone)
+
+
+app = typer.Typer(
+    name="gradedesign",
+    cls=Commands,
+    help="The lightest printable lattice version of a part that still meets its limits.",
+    no_args_is_help=True,
+    add_completion=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+#: Exit code of an error of the program itself: EX_SOFTWARE of sysexits.h.
+INTERNAL = 70
+
+CasePath = Annotated[Path, typer.Argument(help="The case file, or its folder.")]
+Outside = Annotated[
+    bool, typer.Option("--allow-outside", help="Let the case name files outside its folder.")
+]
+Strict = Annotated[
+    bool, typer.Option("--strict-plugins", help="Stop if an installed plugin fails to load.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Print plain data for another program.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace earlier results.")]
+
+
+def print_version(requested: bool) -> None:
+    """Print the version of the program and exit, if asked to."""
+    if requested:
+        typer.echo(f"gradedesign {version('gradedesign')}")
+        raise typer.Exit
+
+
+@app.callback()
+def common(
+    debug: Annotated[
+        bool, typer.Option(_DEBUG_FLAG, help="Show tracebacks and log lines.")
+    ] = False,
+    _version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=print_version, is_eager=True, help="Print the version and exit."
+        ),
+    ] = False,
+) -> None:
+    """Options of every command, given before its name."""
+    logging.basicConfig(level=logging.INFO if debug else logging.ERROR)
+
+
+@app.command()
+def run(
+    case: CasePath,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Run folder [runs/<case name>].")
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with an interrupted run.")
+    ] = False,
+    overwrite: Overwrite = False,
+    allow_outside: Outside = False,
+    strict_plugins: Strict = False,
+    as_json: Json = False,
+) -> None:
+    """Run the whole loop: the lightest lattice found whose analysis meets the limits."""
+    require_case_text(case, allow_outside=allow_outside)
+    with loading_lines(err=as_json) as on_loaded:
+        from gradedesign.program.commands.run import run as command
+
+        code = command(
+            case,
+            output,
+            resume=resume,
+            overwrite=overwrite,
+            allow_outside=allow_outside,
+            strict_plugins=strict_plugins,
+            as_json=as_json,
+            on_loaded=on_loaded,
+        )
+    raise typer.Exit(code)
+
+
+@app.command()
+def new(
+    part: Annotated[Path, typer.Argument(help="The part: STL, 3MF, STEP or what doctor lists.")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder of the case [./<part's name>].")
+    ] = None,
+    units: Annotated[
+        str | None,
+        typer.Option("--units", help="Unit of a file that carries none, such as mm or inch."),
+    ] = None,
+    repair: Annotated[
+        str, typer.Option("--repair", help="safe, or auto where the file is damaged.")
+    ] = "safe",
+    bodies: Annotated[
+        str, typer.Option("--bodies", help="one, join where solids touch, or all.")
+    ] = "one",
+    strict_plugins: Strict = False,
+) -> None:
+    """Begin a case: its file, with the part's holes and flat ends as regions."""
+    from gradedesign.program.commands.new import new as command
+
+    command(part, output, units=units, repair=repair, bodies=bodies, strict_plugins=strict_plugins)
+
+
+@app.command()
+def check(
+    case: CasePath,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", help="Picture of loads and supports [runs/<case>-check/loads.png]."
+        ),
+    ] = None,
+    estimate: Annotated[
+        bool,
+        typer.Option(
+            "--estimate", help="Also a first estimate of density and mass; it meshes the part."
+        ),
+    ] = False,
+    picture: Annotated[
+        bool, typer.Option("--picture/--no-picture", help="Draw loads and supports.")
+    ] = True,
+    allow_outside: Outside = False,
+    strict_plugins: Strict = False,
+    as_json: Json = False,
+) -> None:
+    """Dry run in seconds: regions, holes, loads, cell sizes, predicted memory and time."""
+    require_case_text(case, allow_outside=allow_outside)
+    from gradedesign.program.commands.check import check as command
+
+    code = command(
+        case,
+        output,
+        estimate=estimate,
+        picture=picture,
+        allow_outside=allow_outside,
+        strict_plugins=strict_plugins,
+        as_json=as_json,
+    )
+    raise typer.Exit(code)
+
+
+@app.command()
+def generate(
+    case: CasePath,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder to write to [runs/<case name>].")
+    ] = None,
+    overwrite: Overwrite = False,
+    allow_outside: Outside = False,
+    strict_plugins: Strict = False,
+    as_json: Json = False,
+) -> None:
+    """Make the lattice alone, from a stated density or density map, without analysis."""
+    require_generate_text(case, allow_outside=allow_outside)
+    with loading_lines(err=as_json) as on_loaded:
+        from gradedesign.program.commands.generate import generate as command
+
+        code = command(
+            case,
+            output,
+            overwrite=overwrite,
+            allow_outside=allow_outside,
+            strict_plugins=strict_plugins,
+            as_json=as_json,
+            on_loaded=on_loaded,
+        )
+    raise typer.Exit(code)
+
+
+@app.command()
+def validate(
+    folders: Annotated[list[Path] | None, typer.Argument(help="Case folders [cases].")] = None,
+    keyword: Annotated[
+        str, typer.Option("-k", help="Only cases whose name contains this (or, and, not allowed).")
+    ] = "",
+    update: Annotated[
+        bool, typer.Option("--update", help="Write new values of runs to expected.toml.")
+    ] = False,
+    strict_plugins: Strict = False,
+    as_json: Json = False,
+) -> None:
+    """Run case folders and compare with their expected.toml; exit code 1 if one deviates."""
+    from gradedesign.program.commands.validate import validate as command
+
+    raise typer.Exit(
+        command(folders, keyword, update=update, strict_plugins=strict_plugins, as_json=as_json)
+    )
+
+
+@app.command()
+def cells(
+    name: Annotated[str | None, typer.Argument(help="One family in full.")] = None,
+    makers: Annotated[
+        bool, typer.Option("--makers", help="List the makers of cells that a case describes.")
+    ] = False,
+    strict_plugins: Strict = False,
+    as_json: Json = False,
+) -> None:
+    """List the installed cell families with their windows, laws and sources."""
+    from gradedesign.program.commands import lists
+
+    if makers:
+        lists.cell_makers(strict_plugins=strict_plugins, as_json=as_json)
+        return
+    lists.cells(name, strict_plugins=strict_plugins, as_json=as_json)
+
+
+@app.command()
+def materials(strict_plugins: Strict = False, as_json: Json = False) -> None:
+    """List the materials with their values and sources."""
+    from gradedesign.program.commands.lists import materials as command
+
+    command(strict_plugins=strict_plugins, as_json=as_json)
+
+
+@app.command()
+def schema(
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="File to write [standard output].")
+    ] = None,
+    stated_density: Annotated[
+        bool, typer.Option("--generate", help="Of the case of `gradedesign generate`.")
+    ] = False,
+    study: Annotated[
+        bool, typer.Option("--study", help="Of the study of `gradedesign sweep`.")
+    ] = False,
+) -> None:
+    """Print the JSON schema of case files, for completion and checks in editors."""
+    from gradedesign.program.commands.schema import schema as command
+
+    command(output, stated_density=stated_density, study=study)
+
+
+@app.command()
+def doctor(strict_plugins: Strict = False, as_json: Json = False) -> None:
+    """Show versions, plugins, memory and whether pictures can be drawn."""
+    from gradedesign.program.commands.doctor import doctor as command
+
+    command(strict_plugins=strict_plugins, as_json=as_json)
+
+
+def run_command(words: Sequence[str], interruption: Interruption) -> NoReturn:
+    """Run the command line and exit; every error is one message and its exit code.
+
+    Parameters
+    ----------
+    words : sequence of str
+        Its arguments.
+    interruption : Interruption
+        Whether somebody asked to end.
+
+    Raises
+    ------
+    Interrupted
+        If so, also where code between here and there made another exception of it.
+    """
+    debug = _DEBUG_FLAG in words
+    try:
+        app(words)
+    except Exception as error:
+        if interruption.stop_requested:
+            raise Interrupted from error
+        _end(error, debug=debug)
+    sys.exit(0)
+
+
+def _end(error: Exception, *, debug: bool) -> NoReturn:
+    """Exit as an error asks for."""
+    if isinstance(error, GradeDesignError):
+        _fail(str(error), error.exit_code, debug=debug)
+    if isinstance(error, MemoryError):
+        _fail(
+            "out of memory; take larger cells ([lattice] size), a coarser [part] mesh_size or "
+            "fewer [run] elements_per_wall",
+            ResourceError.exit_code,
+            debug=debug,
+        )
+    if isinstance(error, BrokenPipeError):
+        _leave_the_pipe()
+    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+        _fail(f"{error}; free some space", ResourceError.exit_code, debug=debug)
+    _report_internal(error)
+
+
+def _fail(message: str, code: int, *, debug: bool) -> NoReturn:
+    """Print an error's message, and its traceback if asked for, and exit."""
+    if debug:
+        traceback.print_exc()
+    typer.echo(f"error: {with_options(message)}", err=True)
+    sys.exit(code)
+
+
+def _report_internal(error: Exception) -> NoReturn:
+    """Print what a maintainer needs, and exit."""
+    traceback.print_exc()
+    typer.echo(f"internal error: {error!r}; please report it with the lines above", err=True)
+    sys.exit(INTERNAL)
+
+
+def _leave_the_pipe() -> NoReturn:
+    """End quietly when whoever reads the output has gone, as ``| head`` does."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    sys.exit(0)

@@ -1,0 +1,188 @@
+"""Plain data of a checked case, as ``gradedesign check --json`` prints it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gradedesign.arrays import plain_vector
+from gradedesign.design.check.check_case import CaseCheck
+from gradedesign.design.resolve.load_balance import load_case_data
+from gradedesign.geometry.lattice.passive import keep_words, passive_volume
+from gradedesign.geometry.part.file_body import file_body_data
+from gradedesign.geometry.part.part import Part
+
+
+def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]) -> dict[str, Any]:
+    """Plain data of a checked case; lengths in mm, forces in N, moments in N mm."""
+    resolved = checked.resolved
+    return {
+        "case": resolved.case.name,
+        "part": _part(checked),
+        "regions": [
+            {
+                "name": name,
+                "faces": len(region.faces),
+                "area_mm2": region.area,
+                "centroid_mm": plain_vector(region.centroid),
+            }
+            for name, region in sorted(resolved.part.regions.items())
+        ],
+        "passive_solids": passive_solids(checked),
+        "holes": [
+            {
+                "kind": group.kind,
+                "diameter_mm": round(group.diameter, 6),
+                "axis": plain_vector(group.axis),
+                "half_angle_deg": group.half_angle,
+                "length_mm": group.length,
+                "faces": group.count,
+                "area_mm2": group.area,
+                "points_mm": [plain_vector(point) for point in group.points],
+                "selector": group.selector,
+            }
+            for group in checked.holes
+        ],
+        "load_cases": list(load_case_data(resolved.case, resolved.balances)),
+        "limits": [
+            {"name": name, "load_case": load_case, "allowed": allowed}
+            for name, load_case, allowed in stated_limits(checked)
+        ],
+        "symmetry": dict(checked.symmetry),
+        "unjudged_stress": asdict(checked.unjudged),
+        "free_rigid_motions": [],
+        "cell": resolved.cell.name,
+        "law": resolved.law.name,
+        "lattice": _lattice(checked),
+        "prediction": _prediction(checked),
+        "picture": None if picture is None else str(picture),
+        "warnings": list(warnings),
+    }
+
+
+def passive_solids(checked: CaseCheck) -> list[dict[str, Any]]:
+    """Names of the passive solids, how thick they are in the part, and their volumes in it."""
+    resolved = checked.resolved
+    case, domain = resolved.case, resolved.domain
+    return [
+        {
+            "name": keep_words(keep, number),
+            "thickness_mm": region.thickness,
+            "volume_mm3": passive_volume(case, resolved.part, domain, number),
+        }
+        for number, (keep, region) in enumerate(zip(case.keep, domain.passive, strict=True))
+    ]
+
+
+def stated_limits(checked: CaseCheck) -> list[tuple[str, str, str]]:
+    """Name, load case and value of every limit as the case states it.
+
+    Those relative to the solid part are not in its unit yet.
+    """
+    return [(limit.name, limit.load_case, limit.allowed) for limit in checked.resolved.limits]
+
+
+def _part(checked: CaseCheck) -> dict[str, Any]:
+    part = checked.resolved.part
+    return {
+        "source": part.source,
+        "units": part.units,
+        "chord_tolerance_mm": part.chord_tolerance,
+        "size_mm": plain_vector(np.ptp(part.surface.vertices, axis=0)),
+        "volume_mm3": part.volume,
+        "solid_mass_g": checked.resolved.material.density * part.volume * 1e6,
+        "triangles": len(part.surface.faces),
+        "bodies": part.report.bodies,
+        "common_area_mm2": part.report.common_area,
+        "repairs": part.report.changes,
+        "file_bodies": file_body_data(part.file_bodies),
+        "file_faces": file_faces(part),
+    }
+
+
+def file_faces(part: Part) -> list[dict[str, Any]]:
+    """Faces that the part's file tells apart, as regions select them; none for a box."""
+    faces = part.file_faces
+    if faces is None:
+        return []
+    return [
+        {
+            "face": number,
+            "name": faces.names.get(number),
+            "color": faces.colors.get(number),
+            "area_mm2": area,
+            "centroid_mm": plain_vector(centroid),
+            "surface": None if number not in faces.surfaces else faces.surfaces[number].kind,
+            "diameter_mm": None
+            if number not in faces.surfaces
+            else faces.surfaces[number].diameter,
+        }
+        for number, (area, centroid) in faces.places(part.surface).items()
+    ]
+
+
+def zone_data(checked: CaseCheck) -> dict[str, dict[str, Any]]:
+    """Every zone of the case by its name; none without zones."""
+    zones = checked.resolved.zones
+    if zones is None:
+        return {}
+    return {
+        zone.name: {
+            "cell": zone.cell.name,
+            "law": zone.law.name,
+            "to_be_computed": not zone.law.tabulated,
+            "density_window": list(zone.bounds),
+            "share_of_lattice": share,
+        }
+        for zone, share in zip(zones.zones, zones.volume_share, strict=True)
+    }
+
+
+def _lattice(checked: CaseCheck) -> dict[str, Any]:
+    resolved, plan = checked.resolved, checked.resolved.law
+    return {
+        "size_mm": list(resolved.case.lattice.size),
+        "cell_window": list(resolved.cell.window),
+        "density_window": list(resolved.bounds),
+        "zones": zone_data(checked),
+        "size_effects": {"mode": "periodic", "reason": checked.periodic}
+        if checked.periodic
+        else {"mode": "walls"},
+        "law": {
+            "name": plan.name,
+            "window": list(plan.window),
+            "to_be_computed": not plan.tabulated,
+            "minutes": list(plan.minutes),
+            "voxels": plan.voxels or None,
+        },
+        "part_thickness": {
+            "percent_of_volume": list(checked.thickness.shares),
+            "below_mm": list(checked.thickness.thickness),
+            "cells": list(checked.thickness.cells),
+        },
+        "lattice_share_of_volume": checked.run.lattice_share,
+    }
+
+
+def _prediction(checked: CaseCheck) -> dict[str, Any]:
+    run, budget = checked.run, checked.resolved.case.run
+    return {
+        "density": list(checked.resolved.bounds),
+        "mean_density": run.density,
+        "thinnest_wall_mm": run.grid.wall,
+        "spacing_mm": run.grid.spacing,
+        "grid_set_by": run.grid.set_by,
+        "part_dofs": run.cost.part_dofs,
+        "explicit_dofs": run.cost.explicit_dofs,
+        "memory_GB": run.cost.memory_bytes / 1e9,
+        "memory_allowed_GB": budget.memory / 1e9,
+        "seconds_per_iteration": run.iteration_s,
+        "seconds": run.run_s,
+        "seconds_allowed": budget.time,
+        "law_seconds": run.law_s,
+        "stages": asdict(run.cost),
+    }

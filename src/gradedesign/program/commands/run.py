@@ -1,0 +1,107 @@
+"""``gradedesign run``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import typer
+
+from gradedesign.common.system.atomic import is_folder
+from gradedesign.design.verdict.result import RunResult, as_json
+from gradedesign.design.verdict.scope_words import scope_words, symmetry_words
+from gradedesign.errors import UNMET
+from gradedesign.pipeline import run as run_case
+from gradedesign.program.commands.plugins import registry_for
+from gradedesign.program.commands.progress_lines import ProgressLines
+from gradedesign.program.commands.show import (
+    print_files,
+    print_json,
+    print_limits,
+    print_text,
+    print_warnings,
+)
+from gradedesign.program.host.read_case import load_case
+from gradedesign.program.outputs.files import RESULT_NAME
+from gradedesign.program.store.manifest import read_manifest
+from gradedesign.program.store.run_folder import STAGES
+from gradedesign.program.store.stages import default_folder
+
+
+def run(
+    path: Path,
+    output: Path | None,
+    *,
+    resume: bool,
+    overwrite: bool,
+    allow_outside: bool,
+    strict_plugins: bool,
+    as_json: bool,
+    on_loaded: Callable[[], None],
+) -> int:
+    """Run a case, print its verdict and return the exit code.
+
+    ``on_loaded`` is called when nothing is left to load, before anything is printed.
+    """
+    registry = registry_for(strict_plugins=strict_plugins)
+    case = load_case(path, allow_outside=allow_outside, registry=registry)
+    folder = default_folder(case) if output is None else output
+    on_loaded()
+    with ProgressLines(budget_s=case.run.time, err=as_json, events=not as_json) as progress:
+        result = run_case(
+            case,
+            registry,
+            folder=folder,
+            resume=resume,
+            overwrite=overwrite or (not resume and holds_only_a_failure(folder)),
+            on_event=progress,
+        )
+    if as_json:
+        print_result_json(result)
+    else:
+        print_verdict(result)
+    return UNMET if result.status in ("not_met", "infeasible") else 0
+
+
+def holds_only_a_failure(folder: Path) -> bool:
+    """Whether a run folder holds nothing but the message of a run that failed at once."""
+    if not is_folder(folder) or any((folder / STAGES).glob("*.npz")):
+        return False
+    manifest = read_manifest(folder)
+    result = folder / RESULT_NAME
+    if manifest is None or set(manifest.artefacts) != {RESULT_NAME} or not result.is_file():
+        return False
+    return '"status": "failed"' in result.read_text(encoding="utf-8")
+
+
+def print_result_json(result: RunResult) -> None:
+    """Print what result.json holds."""
+    print_json(as_json(result))
+
+
+def print_verdict(result: RunResult) -> None:
+    """Print the verdict, the limits and where the files are."""
+    typer.echo("")
+    lightest = ", lightest" if result.lightest else ""
+    print_text(f"{result.status.upper()}{lightest}: {result.reason}", hang=2)
+    print_warnings(result.yields)
+    if result.limits:
+        print_limits(result.limits)
+    if result.mass_g is not None and result.solid_mass_g and result.relative_density is not None:
+        lattice = (
+            ""
+            if result.lattice_mass_g is None
+            else f", lattice {result.lattice_mass_g:.4g} g at mean density "
+            f"{result.lattice_density:.3f}"
+        )
+        print_text(
+            f"mass {result.mass_g:.4g} g of {result.solid_mass_g:.4g} g solid "
+            f"({result.relative_density:.1%}){lattice}",
+            hang=2,
+        )
+    if result.symmetry:
+        print_text(symmetry_words(result), hang=2)
+    if result.acceptance:
+        print_text(scope_words(result.acceptance), hang=2)
+    print_warnings(told for told in result.warnings if told not in result.yields)
+    print_files(result.folder, result.files.values())

@@ -1,0 +1,141 @@
+"""The density that a case states: one number, or a map from outside."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from gradedesign.arrays import FloatArray
+from gradedesign.common.values.formula import parse_formula
+from gradedesign.common.values.locate import locating
+from gradedesign.design.case.generate_schema import GenerateCase
+from gradedesign.errors import CaseError
+from gradedesign.geometry.formats.vtu_fields import read_vtu_field
+from gradedesign.geometry.lattice.density_grid import DensityGrid
+from gradedesign.geometry.lattice.density_map_schema import DensityMapSpec
+from gradedesign.geometry.lattice.density_source import DensitySource, sample_density
+from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.formula_density import formula_field
+from gradedesign.geometry.lattice.point_cloud import point_density, read_points, remap_points
+from gradedesign.geometry.lattice.tet_density import tet_density
+from gradedesign.geometry.lattice.voxel_density import (
+    BYTES_PER_VOXEL,
+    densities,
+    place_voxels,
+    read_voxel_array,
+    voxel_density,
+)
+from gradedesign.geometry.part.image_stack import read_image_stack
+
+#: The density grid resolves a cell by this many nodes. Chosen, not measured.
+NODES_PER_CELL = 8
+
+
+def stated_density(
+    case: GenerateCase,
+    source: DensitySource | None,
+    *,
+    domain: DesignDomain,
+    window: tuple[float, float],
+    level_of: Callable[[FloatArray | float], FloatArray],
+) -> DensityGrid | float:
+    """Density of a case, checked against its allowed range.
+
+    Parameters
+    ----------
+    case : GenerateCase
+    source : callable, optional
+        Takes the place of the case's density.
+    domain : DesignDomain
+    window : (float, float)
+        Densities the cell, and the printer, allow.
+    level_of : callable
+        Of the cell; refuses a density it does not have.
+
+    Raises
+    ------
+    DensityError
+        If a density is not allowed.
+    CaseError
+        If a file cannot be used.
+    """
+    spec = case.lattice
+    low, high = spec.density or window
+    if source is None and spec.density_map is None:
+        with locating(case.where, "lattice.density"):
+            level_of(low)
+            _require_floor(low, window)
+        return low
+    source_kind = "function"
+    key = "lattice.density_map"
+    if source is None and spec.density_map is not None:
+        source_kind = spec.density_map.source
+        key = f"{key}.{source_kind}"
+    with locating(case.where, key):
+        if source is None:
+            source = _source(case, spec.density_map, domain)
+        return sample_density(
+            source,
+            domain.distance,
+            domain.lower,
+            domain.upper,
+            spacing=case.lattice.cell_size / NODES_PER_CELL,
+            window=(max(low, window[0]), min(high, window[1])),
+            quantity=f"density {source_kind}",
+            memory_limit_bytes=case.run.memory,
+        )
+
+
+def _require_floor(density: float, window: tuple[float, float]) -> None:
+    if not density >= window[0] - 1e-9:
+        raise CaseError(
+            f"found {density:g}, but walls of [print] min_wall need at least {window[0]:.4g}; use "
+            f"larger cells or a higher density"
+        )
+
+
+def _source(
+    case: GenerateCase,
+    spec: DensityMapSpec | None,
+    domain: DesignDomain,
+) -> DensitySource:
+    """Read the density source that the map names."""
+    size, memory = case.lattice.cell_size, case.run.memory
+    if spec is None:
+        raise CaseError("there is neither a density nor a map")
+    if spec.formula is not None:
+        return formula_field(parse_formula(spec.formula), domain.distance)
+    if spec.points is not None:
+        points, values = read_points(spec.points, memory_limit_bytes=memory)
+        mapped = remap_points(
+            points,
+            values,
+            spec.spacing or 0.5 * size,
+            method="maximum" if spec.method == "maximum" else "weights",
+            oversize=spec.oversize,
+            outside=spec.outside,
+            memory_limit_bytes=memory,
+        )
+        return point_density(mapped)
+    if spec.vtu is not None:
+        mesh, values, at = read_vtu_field(spec.vtu, spec.field, memory_limit_bytes=memory)
+        spacing = size / NODES_PER_CELL
+        return tet_density(
+            mesh,
+            values,
+            at=at,
+            spacing=spacing,
+            reach=0.5 * size + 3 * spacing,
+            memory_limit_bytes=memory,
+        )
+    if spec.voxels is not None:
+        raw = read_voxel_array(spec.voxels, memory_limit_bytes=memory)
+    elif spec.images is not None:
+        raw = read_image_stack(
+            spec.images, memory_limit_bytes=memory, bytes_per_value=BYTES_PER_VOXEL
+        )
+    else:
+        raise CaseError(f"the source '{spec.source}' is not known")
+    start, edges = place_voxels(
+        raw.shape, domain.lower, domain.upper, voxel_size=spec.voxel_size, origin=spec.origin
+    )
+    return voxel_density(densities(raw, case.lattice.density), start, edges)

@@ -1,0 +1,1 @@
+"""The plugin system: hooks, built-in records, the registry."""

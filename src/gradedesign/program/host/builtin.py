@@ -1,0 +1,112 @@
+"""The built-in records, registered through the same hooks as a plugin's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from gradedesign.geometry.cell.formula_cell import FORMULA_MAKER
+from gradedesign.geometry.cell.maker import CellMaker
+from gradedesign.geometry.formats.exporter import Exporter
+from gradedesign.geometry.formats.ply import export_ply
+from gradedesign.geometry.formats.read_3mf import read_3mf
+from gradedesign.geometry.formats.read_stl import read_stl
+from gradedesign.geometry.formats.read_trimesh import read_glb, read_obj, read_off, read_ply
+from gradedesign.geometry.formats.write_3mf import export_3mf, export_3mf_beams
+from gradedesign.geometry.formats.write_stl import export_stl
+from gradedesign.geometry.formats.write_trimesh import export_glb, export_obj, export_off
+from gradedesign.geometry.lattice.beams import why_no_beams
+from gradedesign.geometry.part.reader import PartReader
+from gradedesign.geometry.tets.mesher import PYTETWILD, Mesher
+from gradedesign.mechanics.explicit.analysis import ExplicitAnalysis
+from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS
+from gradedesign.mechanics.fe.multigrid_solver import MULTIGRID
+from gradedesign.mechanics.fe.scikit_fem import SCIKIT_FEM
+from gradedesign.mechanics.limits.kinds import builtin_kinds
+from gradedesign.mechanics.limits.limit import LimitKind
+from gradedesign.mechanics.material.library import builtin_materials
+from gradedesign.mechanics.material.material import Material
+from gradedesign.mechanics.solver.direct import DIRECT
+from gradedesign.mechanics.solver.eigen_solver import EigenSolver
+from gradedesign.mechanics.solver.lanczos import LANCZOS
+from gradedesign.mechanics.solver.linear_solver import LinearSolver
+from gradedesign.mechanics.solver.scipy_eigen import SCIPY
+from gradedesign.program.host.hookspecs import hookimpl
+from gradedesign.program.outputs.output import Output
+from gradedesign.program.outputs.report import REPORT
+from gradedesign.program.outputs.vtu_output import VTU
+
+
+@hookimpl
+def gradedesign_cell_makers() -> Iterable[CellMaker]:
+    """Register the maker of cells that a case states as a formula."""
+    yield FORMULA_MAKER
+
+
+@hookimpl
+def gradedesign_materials() -> Iterable[Material]:
+    """Register the material library."""
+    return builtin_materials()
+
+
+@hookimpl
+def gradedesign_readers() -> Iterable[PartReader]:
+    """Register the readers of STL, OBJ, PLY, OFF, 3MF and GLB."""
+    yield PartReader(name="stl", suffixes=(".stl",), read=read_stl)
+    yield PartReader(name="obj", suffixes=(".obj",), read=read_obj)
+    yield PartReader(name="ply", suffixes=(".ply",), read=read_ply)
+    yield PartReader(name="off", suffixes=(".off",), read=read_off)
+    yield PartReader(name="3mf", suffixes=(".3mf",), read=read_3mf)
+    yield PartReader(name="glb", suffixes=(".glb",), read=read_glb)
+
+
+@hookimpl
+def gradedesign_meshers() -> Iterable[Mesher]:
+    """Register pytetwild."""
+    yield PYTETWILD
+
+
+@hookimpl
+def gradedesign_exporters() -> Iterable[Exporter]:
+    """Register the exporters of STL, 3MF, OBJ, PLY, OFF and GLB."""
+    yield Exporter(name="stl", suffix=".stl", write=export_stl)
+    yield Exporter(name="3mf", suffix=".3mf", write=export_3mf)
+    yield Exporter(
+        name="3mf-beams",
+        suffix=".3mf",
+        write=export_3mf_beams,
+        refuses=lambda p: why_no_beams(p.axes, p.cell_map, p.domain),
+    )
+    yield Exporter(name="obj", suffix=".obj", write=export_obj)
+    yield Exporter(name="ply", suffix=".ply", write=export_ply)
+    yield Exporter(name="off", suffix=".off", write=export_off)
+    yield Exporter(name="glb", suffix=".glb", write=export_glb)
+
+
+@hookimpl
+def gradedesign_outputs() -> Iterable[Output]:
+    """Register fields as VTU, and the report."""
+    return VTU, REPORT
+
+
+@hookimpl
+def gradedesign_solvers() -> Iterable[LinearSolver]:
+    """Register the linear solvers."""
+    return MULTIGRID, DIRECT, SCIKIT_FEM
+
+
+@hookimpl
+def gradedesign_eigen_solvers() -> Iterable[EigenSolver]:
+    """Register the eigenvalue solvers."""
+    return LANCZOS, SCIPY
+
+
+@hookimpl
+def gradedesign_limits() -> Iterable[LimitKind]:
+    """Register the kinds of limits of the core."""
+    return builtin_kinds()
+
+
+@hookimpl
+def gradedesign_analyses() -> Iterable[ExplicitAnalysis]:
+    """Register finite cells."""
+    return (FINITE_CELLS,)

@@ -1,0 +1,77 @@
+"""Checks of the suffixes and names of readers, exporters and repairers across plugins."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from gradedesign.design.resolve.registry import PluginSource
+from gradedesign.errors import PluginError
+from gradedesign.geometry.part.part_schema import OWN_REPAIRS
+
+_READ = re.compile(r"\.[a-z0-9_-]+")
+_WRITTEN = re.compile(r"(\.[a-z0-9_-]+)+")
+
+Shelf = Mapping[str, tuple[Any, PluginSource]]
+
+
+def check_formats(readers: Shelf, exporters: Shelf, outputs: Shelf) -> None:
+    """Check the suffixes of file formats.
+
+    Parameters
+    ----------
+    readers, exporters, outputs : mapping of name to (record, source)
+
+    Raises
+    ------
+    PluginError
+        For a suffix that is none, one that two readers take, or an exporter with the name of an
+        output.
+    """
+    taken: dict[str, tuple[str, PluginSource]] = {}
+    for name, (reader, source) in sorted(readers.items()):
+        if isinstance(reader.suffixes, str) or not reader.suffixes:
+            raise PluginError(
+                f"part reader '{name}' of {source} has suffixes {reader.suffixes!r}; expected a "
+                f"tuple of them, such as ('.off',)"
+            )
+        for suffix in reader.suffixes:
+            if not isinstance(suffix, str) or not _READ.fullmatch(suffix):
+                raise PluginError(
+                    f"part reader '{name}' of {source} has the suffix {suffix!r}; expected one dot "
+                    f"and lower-case letters, such as '.off'"
+                )
+            if suffix in taken:
+                raise PluginError(
+                    f"the suffix '{suffix}' is read by both '{taken[suffix][0]}' of "
+                    f"{taken[suffix][1]} and '{name}' of {source}; uninstall one"
+                )
+            taken[suffix] = (name, source)
+    for name, (exporter, source) in sorted(exporters.items()):
+        if name in outputs:
+            raise PluginError(
+                f"exporter '{name}' of {source} has the name of an output of {outputs[name][1]}; "
+                f"uninstall one, or rename it, for example to '<vendor>-{name}'"
+            )
+        if not isinstance(exporter.suffix, str) or not _WRITTEN.fullmatch(exporter.suffix):
+            raise PluginError(
+                f"exporter '{name}' of {source} has the suffix {exporter.suffix!r}; expected a dot "
+                f"and lower-case letters, such as '.ply'"
+            )
+
+
+def check_repairers(repairers: Shelf) -> None:
+    """Refuse repairers with the name of a way of gradedesign's own.
+
+    Raises
+    ------
+    PluginError
+        Names them.
+    """
+    for name in OWN_REPAIRS:
+        if name in repairers:
+            raise PluginError(
+                f"repairer '{name}' of {repairers[name][1]} has the name of a way that gradedesign "
+                f"repairs itself ({', '.join(OWN_REPAIRS)}); rename it"
+            )

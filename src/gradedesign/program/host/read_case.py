@@ -1,0 +1,55 @@
+"""Reading a case whose limits may be of kinds that plugins bring."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from gradedesign.design.case import read_case
+from gradedesign.design.case.schema import Case
+from gradedesign.design.resolve.registry import Registry
+from gradedesign.mechanics.limits.kinds import limit_entries
+from gradedesign.mechanics.limits.limits_schema import LimitEntry
+from gradedesign.program.host.registry import build_registry
+
+
+def load_case(
+    path: str | Path,
+    *,
+    allow_outside: bool = False,
+    registry: Registry | None = None,
+    values: Mapping[str, Any] = read_case.NO_VALUES,
+) -> Case:
+    """Read and check a case file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The TOML file, or the folder that holds a ``case.toml``.
+    allow_outside : bool
+        Whether the part file may lie outside the folder of the case.
+    registry : Registry, optional
+        Kinds of limits; the installed ones by default.
+    values : mapping of dotted key to value
+        As TOML gives them, such as ``{"lattice.size": "10 mm"}``; they replace those of the file.
+
+    Returns
+    -------
+    Case
+        Every value in internal units.
+
+    Raises
+    ------
+    CaseError
+        With a summary and one line per problem: file, line, key, what was found, what would be
+        right.
+    """
+    return read_case.load_case(
+        path, allow_outside=allow_outside, entries=lambda: entries_of(registry), values=values
+    )
+
+
+def entries_of(registry: Registry | None) -> Mapping[str, type[LimitEntry]]:
+    """Entries of ``[limits]`` from the kinds of a registry, or else from the installed ones."""
+    return limit_entries((build_registry() if registry is None else registry).limits)

@@ -1,0 +1,1 @@
+"""Files of a finished run: result, report, fields, pictures."""

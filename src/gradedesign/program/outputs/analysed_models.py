@@ -1,0 +1,177 @@
+"""Analyses of a run as models: the solid part, the homogenised part and the printed lattice."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.common.system.progress import report_step
+from gradedesign.design.loop.graded_cells import with_cells
+from gradedesign.design.loop.iteration_steps import corrected_model
+from gradedesign.design.resolve.problem import Problem
+from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.solid import solid_stiffness
+from gradedesign.design.verdict.shown import Shown
+from gradedesign.mechanics.explicit.correction import Correction
+from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
+from gradedesign.mechanics.explicit.tet_fields import TetFields
+from gradedesign.mechanics.explicit.tet_fields import solid_stiffness as printed_stiffness
+from gradedesign.mechanics.fe.load_case import (
+    PartLoadCase,
+    case_loads,
+    load_vector,
+    mechanical_force,
+    region_nodes,
+)
+from gradedesign.mechanics.fe.solution import Solution
+from gradedesign.mechanics.fe.solve import solve_elastic
+from gradedesign.mechanics.fe.space import TetSpace
+from gradedesign.mechanics.fe.stiffness import AnisotropicStiffness, mean_of
+from gradedesign.mechanics.sizing.homogenised import mass_density, solve_homogenised
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
+from gradedesign.mechanics.sizing.lattice_stiffness import effective_stiffness
+from gradedesign.program.outputs.analysed_model import AnalysedModel, ModelStep
+
+
+def analysed_models(
+    setup: Setup,
+    *,
+    rho: FloatArray | None,
+    correction: Correction,
+    printed: Shown | None,
+) -> Iterator[AnalysedModel]:
+    """Every model that was analysed and that tetrahedra carry, one at a time.
+
+    Parameters
+    ----------
+    setup : Setup
+    rho : (M,) array, optional
+        Design.
+    correction : Correction
+        Of the homogenised model.
+    printed : Shown, optional
+        The printed lattice.
+    """
+    yield _solid(setup.problem, setup.solutions)
+    if rho is not None:
+        yield _homogenised(setup, rho, correction)
+    if printed is not None and (solved := _tets(printed)) is not None:
+        yield _explicit(setup.problem, printed.analysed.solid, solved)
+
+
+def without_model(printed: Shown | None) -> dict[str, str]:
+    """Analyses of which there is no model, and why."""
+    if printed is None or _tets(printed) is not None:
+        return {}
+    return {"explicit": "the printed surface was not meshed as a whole"}
+
+
+def _tets(printed: Shown) -> TetFields | None:
+    """Tetrahedra of the acceptance of the whole printed surface, if there was one."""
+    solved = None if printed.remeshed is None else printed.remeshed.solved
+    return solved if isinstance(solved, TetFields) else None
+
+
+def _solid(problem: Problem, solid: Sequence[Solution]) -> AnalysedModel:
+    """``solid``: the fully solid part."""
+    density = np.full(problem.space.element_count, problem.material.density)
+    return AnalysedModel(
+        name="solid",
+        title=["gradedesign: the fully solid part", problem.case.name],
+        space=problem.space,
+        stiffness=solid_stiffness(problem),
+        steps=_steps(problem.space, problem.loads, density, solid),
+        thermal_expansion=problem.material.thermal_expansion,
+        node_sets=_node_sets(problem.space, problem.facets),
+    )
+
+
+def _homogenised(setup: Setup, rho: FloatArray, correction: Correction) -> AnalysedModel:
+    """``homogenised``: a design as homogenised solid.
+
+    Every tetrahedron has the stiffness of its own density. Where the run varies it inside the
+    tetrahedra too, the model has its mean over each.
+    """
+    setup = with_cells(setup, rho)
+    model = corrected_model(setup.model, correction)
+    stiffness = element_means(model, rho)
+    density = mass_density(model, rho)
+    expansion = model.material.thermal_expansion
+    vectors = [
+        load_vector(model.space, case, stiffness, density, expansion) for case in model.cases
+    ]
+    report_step("displacements of the homogenised part")
+    solved = solve_elastic(model.space, stiffness, vectors, solver=model.solver)
+    varied = effective_stiffness(model, rho).ndim > 3
+    return AnalysedModel(
+        name="homogenised",
+        title=[
+            "gradedesign: the part as homogenised solid, a material for each density",
+            setup.problem.case.name,
+        ],
+        space=model.space,
+        stiffness=stiffness,
+        steps=_steps(model.space, model.cases, density, solved),
+        thermal_expansion=setup.problem.material.thermal_expansion,
+        node_sets=_node_sets(model.space, setup.problem.facets),
+        off=_largest_difference(solved, solve_homogenised(model, rho)) if varied else 0.0,
+    )
+
+
+def _explicit(problem: Problem, solid: PrintedSolid, solved: TetFields) -> AnalysedModel:
+    """``explicit``: the printed lattice on the tetrahedra of its acceptance."""
+    space = solved.space
+    cases = case_loads(space, solid.case.load_case, solid.regions, solved.facets)
+    density = np.full(space.element_count, solid.material.density)
+    solutions = [solved.solutions[case.name] for case in cases]
+    return AnalysedModel(
+        name="explicit",
+        title=["gradedesign: the printed lattice", problem.case.name],
+        space=space,
+        stiffness=printed_stiffness(space, solid.material),
+        steps=_steps(space, cases, density, solutions),
+        thermal_expansion=problem.material.thermal_expansion,
+        node_sets=_node_sets(space, solved.facets),
+    )
+
+
+def _node_sets(space: TetSpace, facets: Mapping[str, IntArray]) -> dict[str, IntArray]:
+    return {name: region_nodes(space, numbers) for name, numbers in facets.items()}
+
+
+def element_means(model: HomogenisedModel, rho: FloatArray) -> AnisotropicStiffness:
+    """Mean stiffness of every element, which is the stiffness where it is constant in each."""
+    whole = effective_stiffness(model, rho)
+    if whole.ndim == 3:
+        return AnisotropicStiffness(C=whole)
+    return AnisotropicStiffness(C=whole.mean(axis=2) if whole.shape[2] == 4 else mean_of(whole))
+
+
+def _largest_difference(carried: Sequence[Solution], modelled: Sequence[Solution]) -> float:
+    """Largest difference of displacements over the largest displacement, of all load cases."""
+    worst = 0.0
+    for one, other in zip(carried, modelled, strict=True):
+        size = float(np.linalg.norm(other.displacement, axis=0).max())
+        off = float(np.linalg.norm(one.displacement - other.displacement, axis=0).max())
+        worst = max(worst, off / size if size > 0.0 else 0.0)
+    return worst
+
+
+def _steps(
+    space: TetSpace,
+    cases: Sequence[PartLoadCase],
+    density: FloatArray,
+    solutions: Sequence[Solution],
+) -> list[ModelStep]:
+    return [
+        ModelStep(
+            name=case.name,
+            supports=case.supports,
+            force=mechanical_force(space, case, density),
+            temperature_change=case.temperature_change,
+            displacement=float(np.linalg.norm(solution.displacement, axis=0).max()),
+        )
+        for case, solution in zip(cases, solutions, strict=True)
+    ]

@@ -1,0 +1,289 @@
+"""Everything a run writes: result.json, log, pictures, the lattice, and the outputs asked for."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.common.system.atomic import replacing_path
+from gradedesign.common.system.progress import report_step
+from gradedesign.design.case.schema import CaseIdentity
+from gradedesign.design.loop.announce import Announcer
+from gradedesign.design.loop.iteration import DesignIteration
+from gradedesign.design.loop.iteration_steps import build_design, density_grid
+from gradedesign.design.resolve.cell_choice import CellChoice
+from gradedesign.design.resolve.lattice_files import (
+    STL_NAME,
+    chord_tolerance,
+    crossing_warnings,
+    printed_lattice,
+    write_lattice_files,
+    write_printed,
+)
+from gradedesign.design.resolve.outer_triangles import keeps_outer
+from gradedesign.design.resolve.problem import Problem, unjudged_share
+from gradedesign.design.resolve.registry import Registry
+from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.thinnest_wall import thinnest_wall
+from gradedesign.design.verdict.computed import Computed, computed_fields
+from gradedesign.design.verdict.provenance import stamped
+from gradedesign.design.verdict.result import RunResult, as_json
+from gradedesign.design.verdict.shown import Shown
+from gradedesign.errors import blaming
+from gradedesign.geometry.contour.islands import islands_words
+from gradedesign.geometry.lattice.lattice import LatticeDesign
+from gradedesign.geometry.lattice.printed_surface import first_step, printed_surface
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.mechanics.explicit.correction import Correction
+from gradedesign.mechanics.explicit.explicit import governing_load_case
+from gradedesign.mechanics.explicit.support_zones import evaluated_at
+from gradedesign.mechanics.limits.local_stress import allowed_stress
+from gradedesign.program.outputs.analysed_model import AnalysedModel
+from gradedesign.program.outputs.analysed_models import analysed_models, without_model
+from gradedesign.program.outputs.iteration_log import iteration_log
+from gradedesign.program.outputs.output import FinishedRun, Output
+from gradedesign.program.pictures.marks import action_marks, loads_note, region_marks
+from gradedesign.program.pictures.pictures import (
+    picture_deformed,
+    picture_density,
+    picture_lattice,
+    picture_loads,
+    picture_stress,
+)
+from gradedesign.program.store.run_folder import RunFolder
+
+RESULT_NAME = "result.json"
+
+
+def write_result(out: RunFolder, result: RunResult) -> None:
+    """Write result.json."""
+    out.write_text(RESULT_NAME, json.dumps(as_json(result), indent=2, allow_nan=False) + "\n")
+
+
+def write_outputs(
+    out: RunFolder,
+    setup: Setup,
+    registry: Registry,
+    result: RunResult,
+    announce: Announcer,
+    computed: Computed,
+) -> RunResult:
+    """Write the files of what was computed, and return the result with their names."""
+    problem = setup.problem
+    files: dict[str, str] = {}
+    shown, rho = computed.shown, computed.rho
+    warnings: list[str] = list(result.warnings)
+    outputs = stated_outputs(problem.case, registry)
+
+    def current() -> RunResult:
+        return replace(
+            result,
+            folder=out.path,
+            files=files,
+            warnings=tuple(dict.fromkeys(warnings)),
+            timing_s=announce.timing(),
+        )
+
+    run = finished_run(out, problem.case, files, current)
+    run = replace(
+        run,
+        fields=partial(computed_fields, setup, computed),
+        models=partial(_models, setup, computed),
+        no_model=without_model(shown),
+    )
+    with announce.stage("output"):
+        warnings += _loads_picture(out, problem, files)
+        for output in outputs:
+            if not output.last:
+                warnings += output.write(run)
+        if computed.density is not None:
+            warnings += _density_picture(out, problem, computed.density, files)
+        if shown is not None:
+            warnings += _exported_files(out, problem, shown.surface, shown.analysed.design, files)
+            warnings += _lattice_pictures(out, problem, shown, files)
+        elif rho is not None and problem.case.run.stop_after == "lattice":
+            warnings += _unjudged_lattice(out, problem, setup.cells, rho, files)
+    files |= {"log": "iterations.csv", "result": RESULT_NAME}
+    printed = [STL_NAME, *(file.name for file in problem.lattice_files)]
+    result = stamped(out, problem.case, result, printed)
+    out.write_text("iterations.csv", iteration_log(result.iterations))
+    for output in outputs:
+        if output.last:
+            warnings += output.write(run)
+    result = current()
+    write_result(out, result)
+    return result
+
+
+def stated_outputs(case: CaseIdentity, registry: Registry) -> list[Output]:
+    """Outputs that a case asks for, in its order; its other formats are those of the lattice."""
+    names = dict.fromkeys(case.output.formats)
+    return [
+        _blamed(registry.outputs[name], registry.sources["outputs"][name])
+        for name in names
+        if name in registry.outputs
+    ]
+
+
+def _blamed(output: Output, source: str) -> Output:
+    """An output whose errors name it."""
+
+    def write(run: FinishedRun) -> list[str]:
+        with blaming(f"output '{output.name}' of {source}", always=False):
+            return list(output.write(run))
+
+    return replace(output, write=write)
+
+
+def finished_run(
+    out: RunFolder, case: CaseIdentity, files: dict[str, str], result: Callable[[], RunResult]
+) -> FinishedRun:
+    """Record that outputs receive, without fields and models; ``files`` takes what they write."""
+
+    def write(name: str, writer: Callable[[Path], object], *, key: str | None = None) -> None:
+        report_step(f"writing {name}")
+        if key is not None:
+            files[key] = name
+        with replacing_path(out.path_of(name)) as path:
+            writer(path)
+        out.adopt(name)
+
+    def pictures() -> dict[str, bytes]:
+        return {
+            name: (out.path / path).read_bytes()
+            for name, path in files.items()
+            if path.endswith(".png")
+        }
+
+    case_text = case.path.read_text(encoding="utf-8")
+    return FinishedRun(case_text=case_text, result=result, write=write, pictures=pictures)
+
+
+def _models(setup: Setup, computed: Computed) -> Iterator[AnalysedModel]:
+    density = computed.density
+    return analysed_models(
+        setup,
+        rho=density,
+        correction=_learned(computed.iterations, density),
+        printed=computed.shown,
+    )
+
+
+def _learned(iterations: Sequence[DesignIteration], rho: FloatArray | None) -> Correction:
+    """Correction that the explicit analysis of a design taught; none before."""
+    if rho is None:
+        return Correction()
+    corrections = (
+        iteration.correction for iteration in iterations if np.array_equal(iteration.rho, rho)
+    )
+    return next(corrections, Correction())
+
+
+def _loads_picture(out: RunFolder, problem: Problem, files: dict[str, str]) -> tuple[str, ...]:
+    files["loads"] = "loads.png"
+    warnings = picture_loads(
+        out.path_of("loads.png"),
+        problem.part.surface,
+        region_marks(problem.case, problem.part, problem.domain, problem.support_zones),
+        action_marks(problem.case, problem.part),
+        note=loads_note(problem.case, problem.support_zones, unjudged_share(problem)),
+    )
+    _adopt_drawn(out, files, "loads")
+    return warnings
+
+
+def _density_picture(
+    out: RunFolder, problem: Problem, rho: FloatArray, files: dict[str, str]
+) -> tuple[str, ...]:
+    shown = np.where(problem.solid_fraction >= 1.0, 1.0, rho)
+    files["density"] = "density.png"
+    warnings = picture_density(out.path_of("density.png"), problem.space.mesh, shown)
+    _adopt_drawn(out, files, "density")
+    return warnings
+
+
+def _lattice_pictures(
+    out: RunFolder, problem: Problem, shown: Shown, files: dict[str, str]
+) -> tuple[str, ...]:
+    """Pictures of the lattice."""
+    result = shown.analysed.result
+    load_case = governing_load_case(result)
+    fields, solid = shown.fields, shown.analysed.solid
+    files |= {"lattice": "lattice.png", "stress": "stress.png", "deformed": "deformed.png"}
+    warnings = [
+        *picture_lattice(
+            out.path_of("lattice.png"), shown.surface, opened=bool(problem.domain.skins)
+        ),
+        *picture_stress(
+            out.path_of("stress.png"),
+            fields.surface,
+            fields.von_mises,
+            limit=allowed_stress(problem.case.limits, problem.material),
+            unjudged=~evaluated_at(fields.surface.vertices.T, solid.support_zones),
+            title=f"Stress of the lattice, load case {load_case}",
+        ),
+        *picture_deformed(
+            out.path_of("deformed.png"),
+            fields.surface,
+            fields.displacement,
+            title=f"Deformed lattice, load case {load_case}",
+        ),
+    ]
+    for name in ("lattice", "stress", "deformed"):
+        _adopt_drawn(out, files, name)
+    return tuple(warnings)
+
+
+def _unjudged_lattice(
+    out: RunFolder,
+    problem: Problem,
+    cells: CellChoice,
+    rho: FloatArray,
+    files: dict[str, str],
+) -> tuple[str, ...]:
+    """Surface of a design that no analysis has judged."""
+    density = density_grid(problem, cells, rho)
+    design = build_design(problem, cells, density)
+    step = first_step(cells.layout.least, thinnest_wall(problem, cells, density)[0])
+    case, part = problem.case, problem.part.surface
+    memory, outer = case.run.memory, keeps_outer(case)
+    surface, islands, _ = printed_surface(
+        design, part, step, chord_tolerance(case), memory=memory, keep_outer=outer
+    )
+    write_printed(out, case, part, surface)
+    warnings = _exported_files(out, problem, surface, design, files)
+    files["lattice"] = "lattice.png"
+    warnings += picture_lattice(
+        out.path_of("lattice.png"), surface, opened=bool(problem.domain.skins)
+    )
+    _adopt_drawn(out, files, "lattice")
+    return (*warnings, *islands_words(islands.dropped, islands.dropped_share))
+
+
+def _exported_files(
+    out: RunFolder,
+    problem: Problem,
+    surface: SurfaceMesh,
+    design: LatticeDesign,
+    files: dict[str, str],
+) -> tuple[str, ...]:
+    """The printed surface in every format asked for; the STL, always made, lies there already."""
+    files["stl"] = STL_NAME
+    others = [file for file in problem.lattice_files if file.name != STL_NAME]
+    lattice = printed_lattice(problem.case, problem.part.surface, surface, design, problem.material)
+    files |= write_lattice_files(out, others, lattice)
+    return crossing_warnings(surface)
+
+
+def _adopt_drawn(out: RunFolder, files: dict[str, str], name: str) -> None:
+    """Enter a picture in the manifest; one that could not be drawn left a warning instead."""
+    if (out.path / files[name]).is_file():
+        out.adopt(files[name])
+    else:
+        del files[name]

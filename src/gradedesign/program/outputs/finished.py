@@ -1,0 +1,46 @@
+"""The result that a run folder already holds, which resuming reuses."""
+
+from __future__ import annotations
+
+import json
+import logging
+from dataclasses import replace
+
+from gradedesign.design.case.schema import Case
+from gradedesign.design.verdict.result import RunResult, from_json
+from gradedesign.program.outputs.files import RESULT_NAME
+from gradedesign.program.store.run_folder import RunFolder
+
+log = logging.getLogger(__name__)
+
+#: What ends a run for good; a budget does where there is no more of it now.
+FOR_GOOD = ("tight", "enclosed", "stuck", "saturated", "solid", "stop_after")
+
+
+def finished_result(out: RunFolder, case: Case) -> RunResult | None:
+    """The stored result of this case, where another run could add nothing; else None.
+
+    A run that failed goes on, and so does one that time or iterations ended if the case allows more
+    of them now, or one whose files are missing or damaged.
+    """
+    if RESULT_NAME not in out.artefacts() or out.damaged_artefacts():
+        return None
+    try:
+        stored = from_json(json.loads((out.path / RESULT_NAME).read_text(encoding="utf-8")))
+    except (KeyError, TypeError, ValueError) as cause:
+        log.warning("the result in %s is of another layout (%r); going on", out.path, cause)
+        return None
+    if stored.case_hash != case.case_hash or not is_final(stored, case):
+        return None
+    return replace(stored, folder=out.path)
+
+
+def is_final(stored: RunResult, case: Case) -> bool:
+    """Whether a run of the case as it is now would end where the stored one did."""
+    if stored.ended_by in FOR_GOOD:
+        return True
+    if stored.ended_by == "iterations":
+        return case.run.max_iterations <= len(stored.iterations)
+    if stored.ended_by == "time":
+        return case.run.time <= stored.budget["time_s"]
+    return False

@@ -1,0 +1,99 @@
+"""The record of an output: files about a finished run, beside those of its printed lattice."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+from numpy.typing import NDArray
+
+from gradedesign.arrays import FloatArray
+from gradedesign.design.verdict.result import RunResult
+from gradedesign.program.outputs.analysed_model import AnalysedModel
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FieldSet:
+    """Fields of a run on one mesh.
+
+    Attributes
+    ----------
+    name : str
+        ``solid``, ``density``, ``lattice``, or ``iteration`` with a number.
+    points : (3, n) array, mm
+    elements : (k, m) int array
+        Nodes of tetrahedra of 4 or 10, or of hexahedra of 8 or 27, in VTK's order.
+    point_data, element_data : mapping of str to array
+        Values ``(..., n)`` and ``(..., m)`` by the name of the field with its unit.
+    number : int or None
+        Of the iteration.
+    """
+
+    name: str
+    points: FloatArray
+    elements: NDArray[Any]
+    point_data: Mapping[str, FloatArray] = field(default_factory=dict)
+    element_data: Mapping[str, FloatArray] = field(default_factory=dict)
+    number: int | None = None
+
+
+class WriteFile(Protocol):
+    """Makes a file of the run folder, see `FinishedRun`."""
+
+    def __call__(
+        self, name: str, writer: Callable[[Path], object], *, key: str | None = None
+    ) -> None:
+        """Let ``writer`` make the file ``name``."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FinishedRun:
+    """A finished run, as an output receives it.
+
+    Attributes
+    ----------
+    case_text : str
+        The case file as it is.
+    result : callable
+        Without arguments: the `RunResult` with the names of all files so far.
+    pictures : callable
+        Without arguments: PNG bytes by the names of the pictures in the result's ``files``.
+    fields : callable
+        Without arguments: a `FieldSet` at a time, computed when it is taken.
+    models : callable
+        Without arguments: an `AnalysedModel` at a time, computed when it is taken.
+    no_model : mapping of str to str
+        Analyses that no `AnalysedModel` can hold, by name, and why.
+    write : callable
+        ``write(name, writer, key=None)`` lets ``writer(path)`` make a new file, which then takes
+        its place as ``name`` in the run folder; with a ``key`` the result's ``files`` list it.
+    """
+
+    case_text: str
+    result: Callable[[], RunResult]
+    write: WriteFile
+    pictures: Callable[[], Mapping[str, bytes]] = dict
+    fields: Callable[[], Iterator[FieldSet]] = lambda: iter(())
+    models: Callable[[], Iterator[AnalysedModel]] = lambda: iter(())
+    no_model: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Output:
+    """Writes files about a finished run.
+
+    Attributes
+    ----------
+    name : str
+        Lower case with dashes; what ``[output] formats`` names, such as ``report``.
+    write : callable
+        ``write(run)`` writes files by ``run.write`` and returns warnings.
+    last : bool
+        Whether it shows the result with all other files, and so is written after them.
+    """
+
+    name: str
+    write: Callable[[FinishedRun], Iterable[str]]
+    last: bool = False

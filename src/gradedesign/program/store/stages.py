@@ -1,0 +1,145 @@
+"""Finished iterations in the run folder, from which an interrupted run resumes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from gradedesign.arrays import FloatArray
+from gradedesign.common.system.cache import content_key
+from gradedesign.design.case.schema import CaseIdentity
+from gradedesign.design.loop.iteration import DesignIteration
+from gradedesign.design.loop.loop_stages import Judged
+from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.verdict.result import iteration_from_json
+from gradedesign.errors import CaseError
+from gradedesign.mechanics.explicit.correction import Correction, Discrepancy
+from gradedesign.mechanics.limits.key import LimitKey, keyed_from_json
+from gradedesign.mechanics.limits.row import row_from_json
+from gradedesign.mechanics.limits.verdict import Factors
+from gradedesign.program.store.run_folder import RunFolder, open_run_folder
+
+#: Raised when what an iteration stores changes its meaning.
+ITERATION_VERSION = 10
+
+
+def default_folder(case: CaseIdentity) -> Path:
+    """Run folder of a case below the working folder, from the letters of its name."""
+    plain = re.sub(r"[^\w.-]+", "-", case.name).strip("-.") or "case"
+    return Path("runs") / plain
+
+
+def open_stages(path: Path, case: CaseIdentity, *, resume: bool, overwrite: bool) -> RunFolder:
+    """Open the run folder of a case; use it in a ``with`` statement."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise CaseError(
+            f"cannot make {path.parent} for the run folder: {error.strerror}; take another "
+            f"folder=..."
+        ) from error
+    return open_run_folder(path, case.case_hash, resume=resume, overwrite=overwrite)
+
+
+def iteration_key(setup: Setup, number: int) -> str:
+    """Content key of everything an iteration depends on."""
+    return content_key(
+        "iteration",
+        ITERATION_VERSION,
+        number,
+        setup.problem.case.case_hash,
+        setup.cells.cell.name,
+        repr([(law.name, law.source) for law in setup.model.law.laws]),
+        setup.problem.space.mesh.points,
+        setup.problem.space.mesh.tets,
+    )
+
+
+def save_iteration(out: RunFolder, setup: Setup, iteration: DesignIteration) -> None:
+    """Store a finished iteration."""
+    number = iteration.summary.number
+    arrays, meta = iteration_to_stage(iteration)
+    out.save_stage(f"iteration-{number}", iteration_key(setup, number), arrays, meta)
+
+
+def save_acceptance(
+    out: RunFolder, setup: Setup, refused: Sequence[int], factors: Factors, last: Judged
+) -> None:
+    """Store the outcome of acceptance: iterations that it refused, and factors on limits."""
+    meta = {
+        "refused": list(refused),
+        "factors": [[asdict(key), value] for key, value in factors.items()],
+        "last_holds": last.holds,
+        "last_factors": [[asdict(key), value] for key, value in last.factors.items()],
+    }
+    out.save_stage("acceptance", iteration_key(setup, 0), {}, meta)
+
+
+def load_acceptance(
+    out: RunFolder, setup: Setup, finished: int
+) -> tuple[tuple[int, ...], Factors, Judged | None]:
+    """Iterations that acceptance refused, its factors, and the design that it judged last.
+
+    None before the first acceptance. Iterations after the ``finished`` ones that are stored are run
+    again, and not refused yet.
+    """
+    stored = out.load_stage("acceptance", iteration_key(setup, 0))
+    if stored is None:
+        return (), {}, None
+    meta = stored[1]
+    factors = dict(keyed_from_json(meta["factors"]))
+    refused = tuple(int(number) for number in meta["refused"] if number <= finished)
+    last = Judged(
+        holds=bool(meta["last_holds"]), factors=dict(keyed_from_json(meta["last_factors"]))
+    )
+    return refused, factors, last
+
+
+def load_iterations(out: RunFolder, setup: Setup) -> tuple[DesignIteration, ...]:
+    """Iterations that an interrupted run finished, in order."""
+    iterations: list[DesignIteration] = []
+    while True:
+        number = len(iterations) + 1
+        stored = out.load_stage(f"iteration-{number}", iteration_key(setup, number))
+        if stored is None:
+            return tuple(iterations)
+        iterations.append(iteration_from_stage(*stored))
+
+
+def iteration_to_stage(iteration: DesignIteration) -> tuple[dict[str, FloatArray], dict[str, Any]]:
+    """Arrays and plain data of an iteration for the run folder."""
+    meta = {
+        "summary": asdict(iteration.summary),
+        "rows": [asdict(row) for row in iteration.rows],
+        "correction": asdict(iteration.correction),
+        "at_lower_bound": iteration.at_lower_bound,
+        "discrepancy": asdict(iteration.discrepancy),
+        "expected": [[asdict(key), value] for key, value in iteration.expected.items()],
+    }
+    return {"variables": iteration.variables, "rho": iteration.rho}, meta
+
+
+def iteration_from_stage(
+    arrays: Mapping[str, FloatArray], meta: Mapping[str, Any]
+) -> DesignIteration:
+    """The iteration that `iteration_to_stage` stored."""
+    correction, discrepancy = dict(meta["correction"]), dict(meta["discrepancy"])
+    correction["samples"] = tuple((float(a), float(b)) for a, b in correction["samples"])
+    correction["factors"] = keyed_from_json(correction["factors"])
+    governing = discrepancy["governing"]
+    return DesignIteration(
+        summary=iteration_from_json(meta["summary"]),
+        rows=tuple(row_from_json(row) for row in meta["rows"]),
+        correction=Correction(**correction),
+        variables=arrays["variables"],
+        rho=arrays["rho"],
+        at_lower_bound=bool(meta["at_lower_bound"]),
+        discrepancy=Discrepancy(
+            values=keyed_from_json(discrepancy["values"]),
+            governing=None if governing is None else LimitKey(**governing),
+        ),
+        expected=dict(keyed_from_json(meta["expected"])),
+    )

@@ -1,1 +1,0 @@
-"""From the case file to records: part, material, cell, law, loads, limits, meshes."""

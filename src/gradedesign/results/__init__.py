@@ -1,1 +1,0 @@
-"""Output of a run: verdict, files, report, log of iterations."""

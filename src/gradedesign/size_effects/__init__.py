@@ -1,1 +1,0 @@
-"""Size effects: stiffness and strength of walls with few cells through the thickness."""

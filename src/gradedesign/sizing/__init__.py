@@ -1,1 +1,0 @@
-"""Analysis to density: stress ratio, optimality, filter, bounds, limits."""

@@ -1,1 +1,0 @@
-"""Explicit analysis, submodels, correction of the homogenised model, acceptance."""

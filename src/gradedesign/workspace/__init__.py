@@ -1,1 +1,0 @@
-"""The run folder and the user's cache: atomic files, resume, worker processes, limits, progress."""
