@@ -14,15 +14,8 @@ import numpy as np
 ROOT = Path(__file__).parents[1]
 PICTURES = ROOT / "docs" / "pictures"
 
-#: First room of each band of the picture, with the title of the band.
-BANDS = {
-    "errors": "ground",
-    "case": "what is asked",
-    "mesh": "numerics",
-    "limits": "design and evidence",
-    "plugin": "one run, stage by stage",
-    "pipeline": "doors",
-}
+#: Wings from the lowest, which are the bands of the picture.
+WINGS = ("common", "geometry", "mechanics", "design", "program")
 
 #: Simple cubic wall, one cell thick, over the periodic lattice: docs/validation.md.
 WALL = {
@@ -37,25 +30,20 @@ ITERATIONS = ((-0.079, -0.046, 0.906), (0.024, 0.016, 1.008), (0.015, 0.0, 1.0))
 
 
 def import_order() -> list[str]:
-    """Rooms in the order in which they may import each other."""
+    """Rooms of the wings in the order in which they may import each other."""
     tree = ast.parse((ROOT / "tests" / "test_architecture.py").read_text(encoding="utf-8"))
     (order,) = (
         ast.literal_eval(node.value)
         for node in tree.body
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "ORDER"
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "ROOMS"
     )
-    source = ROOT / "src" / "gradedesign"
-    rooms = (name for name in order if not name.startswith("_"))
-    return [r for r in rooms if (source / r).is_dir() or (source / f"{r}.py").is_file()]
+    return [room for room in order if "/" in room]
 
 
 def rooms_svg() -> str:
     """The rooms in bands; each may import from those before it."""
-    bands: list[tuple[str, list[str]]] = []
-    for room in import_order():
-        if room in BANDS:
-            bands.append((BANDS[room], []))
-        bands[-1][1].append(room)
+    order = [room.split("/") for room in import_order()]
+    bands = [(wing, [room for of, room in order if of == wing]) for wing in WINGS]
     width, step, left = 106, 58, 190
     most = max(len(rooms) for _, rooms in bands)
     size = f"{left + most * width + 10} {len(bands) * step + 30}"

@@ -293,12 +293,12 @@ def api() -> Iterator[str]:
 
 
 def rooms() -> Iterator[str]:
-    """The packages in the order in which they may import each other, with their first line."""
+    """The rooms in the order in which they may import each other, with their first line."""
     tree = ast.parse((ROOT / "tests" / "test_architecture.py").read_text(encoding="utf-8"))
     (order,) = (
         ast.literal_eval(node.value)
         for node in tree.body
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "ORDER"
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "ROOMS"
     )
     yield "| Room | Content |\n|---|---|"
     for name in order:

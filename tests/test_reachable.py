@@ -13,8 +13,8 @@ SOURCES = (ROOT / "src", *sorted((ROOT / "plugins").glob("*/src")))
 
 #: Modules whose names are for others: what they list needs no user here.
 PUBLIC = (
-    "gradedesign", "gradedesign.commands", "gradedesign.fields", "gradedesign.mechanics.finite_cell",
-    "gradedesign.properties", "gradedesign.testing",
+    "gradedesign", "gradedesign.commands", "gradedesign.fields",
+    "gradedesign.mechanics.finite_cell", "gradedesign.properties", "gradedesign.testing",
 )  # fmt: skip
 
 #: Decorators that hand a function to a framework, which calls it.
@@ -34,8 +34,8 @@ ALLOWED = {
     "gradedesign.design.verdict.result.RunResult": "result.json",
     "gradedesign.geometry.part.repair.RepairReport": "check --json, repairs",
     "gradedesign.design.printing.as_built.AsBuilt": "result.json, printability",
-    "gradedesign.design.acceptance.body_comparison.BodyComparison": "result.json and report.html, printed",
-    "gradedesign.mechanics.explicit.measures.StressMeasure": "result.json and report.html, measures",
+    "gradedesign.design.acceptance.body_comparison.BodyComparison": "result.json, printed",
+    "gradedesign.mechanics.explicit.measures.StressMeasure": "result.json, measures",
     "gradedesign.design.printing.voids.Voids": "result.json, printability",
     # Interfaces for code of others.
     "gradedesign.program.commands.app.Commands.invoke": "typer calls it",

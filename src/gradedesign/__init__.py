@@ -193,7 +193,8 @@ __all__ = [
 #: plugin loads what it uses and no more.
 _HOMES = {
     "program.host.read_case": "load_case",
-    "mechanics.limits.limits_schema": "Allowed LimitEntry SolidMultiple as_multiple in_number stated_words",
+    "mechanics.limits.limits_schema": "Allowed LimitEntry SolidMultiple as_multiple in_number "
+    "stated_words",
     "geometry.lattice.beams": "BeamLattice",
     "geometry.lattice.dense_lattice": "DenseLattice PixelField PixelPlane",
     "geometry.contour.sample": "checked_values",
@@ -237,8 +238,8 @@ _HOMES = {
     "pipeline": "run",
     "program.host.command": "Command",
     "program.host.markers": "hookimpl",
-    "mechanics.explicit.analysis": "AnalysisEstimate Discretisation ExplicitAnalysis PlannedSolid Resolution "
-    "SolvedSolid StressSample SurfaceFields VolumeFields",
+    "mechanics.explicit.analysis": "AnalysisEstimate Discretisation ExplicitAnalysis "
+    "PlannedSolid Resolution SolvedSolid StressSample SurfaceFields VolumeFields",
     "mechanics.explicit.printed_solid": "PrintedSolid",
     "common.system.progress": "report_step",
     "common.system.threads": "in_threads",

@@ -64,8 +64,8 @@ def density_achieved(
     density : callable or float
         Relative density asked for, points ``(3, ...)`` mm to ``(...)``.
     points : (3, n) array, mm
-        Evenly inside the part, see :func:`gradedesign.geometry.maps.map_report.volume_points`: a regular
-        grid beats with the cells.
+        Evenly inside the part, see :func:`gradedesign.geometry.maps.map_report.volume_points`: a
+        regular grid beats with the cells.
     axis, slabs : int
         Coordinate axis that is cut into so many slabs of equal thickness.
 

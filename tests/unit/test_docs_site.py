@@ -129,7 +129,7 @@ def test_every_command_option_hook_and_name_is_listed(pages):
 def test_the_rooms_are_those_of_the_order_of_imports(pages):
     rooms = [row.split("`")[1] for row in pages.rooms() if "`" in row]
     assert rooms[0] == "errors"
-    assert {"part", "sizing", "pipeline", "cli"} <= set(rooms)
+    assert {"geometry/part", "mechanics/sizing", "pipeline", "program/commands"} <= set(rooms)
 
 
 def test_the_picture_of_the_rooms_is_of_today():

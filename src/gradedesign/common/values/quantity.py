@@ -52,8 +52,8 @@ def parse_quantity(text: object, dimension: str) -> float:
     text : object
         Value in the case file; only a string such as ``"5 kN"`` is accepted.
     dimension : str
-        A key of :data:`gradedesign.common.values.units.DIMENSIONS`: length (mm), area (mm^2), volume (mm^3),
-        force (N), pressure or stress (MPa), density (t/mm^3), acceleration (mm/s^2),
+        A key of :data:`gradedesign.common.values.units.DIMENSIONS`: length (mm), area (mm^2),
+        volume (mm^3), force (N), pressure or stress (MPa), density (t/mm^3), acceleration (mm/s^2),
         temperature (K),
         thermal_expansion (1/K), time (s), memory (bytes), angle (degrees), moment (N mm),
         number.

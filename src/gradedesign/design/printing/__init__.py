@@ -1,1 +1,1 @@
-"""How the printed solid is made: overhangs, closed voids, thin walls, layers, the printer's room."""
+"""How the printed solid is made: overhangs, closed voids, thin walls, layers, build volume."""

@@ -128,8 +128,8 @@ def least_gauge(points, bins, first, member, start, axis, length, thickness, nor
 def filleted_distance(points, bins, first, member, start, axis, length, fillet, most, value):
     """Radius of filleted struts whose surface passes through points (3, n) of period 1.
 
-    Into value (n,); see `gradedesign.geometry.fields.filleted_segments`. ``most`` is the number of segments
-    of the fullest bin.
+    Into value (n,); see `gradedesign.geometry.fields.filleted_segments`. ``most`` is the number of
+    segments of the fullest bin.
     """
     count = points.shape[1]
     round_struts = np.zeros((0, 0, 3))

@@ -18,7 +18,8 @@ class CellMap:
     """A map from points in mm to cell coordinates u of period 1.
 
     It is called like a function. What follows from its derivative (size of the cells, angles
-    between their axes, folds) is reported by :func:`gradedesign.geometry.maps.map_report.map_report`.
+    between their axes, folds) is reported by
+    :func:`gradedesign.geometry.maps.map_report.map_report`.
 
     Attributes
     ----------

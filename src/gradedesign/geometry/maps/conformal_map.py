@@ -46,7 +46,8 @@ def conformal_map(
         so cells shear by the angle between it and the surface's own normal, and fold at 90
         degrees.
     reference : (3,) sequence, optional
-        Direction of the first cell axis, see :func:`gradedesign.geometry.maps.cell_map.frame_along`.
+        Direction of the first cell axis, see
+        :func:`gradedesign.geometry.maps.cell_map.frame_along`.
     origin : (3,) sequence, mm
         A corner of a cell in the plane; with ``blend`` it must lie on the surface.
     blend : (float, float), optional, mm

@@ -83,7 +83,8 @@ def solve_weighted(
     Parameters
     ----------
     load : (nx, ny, nz) array
-        Of elements with their weights, see :func:`gradedesign.geometry.maps._phase_kernels.divergence`.
+        Of elements with their weights, see
+        :func:`gradedesign.geometry.maps._phase_kernels.divergence`.
     weight : (ex, ey, ez) array
         0 to 1.
     start : (nx, ny, nz) array

@@ -45,9 +45,10 @@ def pseudonormals(surface: SurfaceMesh) -> FloatArray:
     Returns
     -------
     (m, 7, 3) array
-        By triangle and feature as in :func:`gradedesign.geometry.triangles.closest.closest_features`: the
-        face's normal, sums of the two faces' normals at edges 01, 12, 20, angle-weighted sums
-        at corners 0, 1, 2. Not of unit length.
+        By triangle and feature as in
+        :func:`gradedesign.geometry.triangles.closest.closest_features`: the face's normal, sums of
+        the two faces' normals at edges 01, 12, 20, angle-weighted sums at corners 0, 1, 2. Not of
+        unit length.
 
     References
     ----------

@@ -28,9 +28,10 @@ class WindingTree:
     turn : (m,) int array
         By sorted place: -1 where a triangle counts turned around, else 1.
     moments : (k, 16) array
-        As :func:`gradedesign.geometry.triangles._fast_winding_kernels.fill_moments` fills them: nodes farther
-        away than twice their radius count by two terms, within 0.05 of the sum on a smooth surface
-        (Barill, Dickson, Schmidt, Levin & Jacobson 2018, ACM Trans. Graph. 37(4), eqs. 14 to 18).
+        As :func:`gradedesign.geometry.triangles._fast_winding_kernels.fill_moments` fills them:
+        nodes farther away than twice their radius count by two terms, within 0.05 of the sum on a
+        smooth surface (Barill, Dickson, Schmidt, Levin & Jacobson 2018, ACM Trans. Graph. 37(4),
+        eqs. 14 to 18).
     """
 
     tree: TriangleTree

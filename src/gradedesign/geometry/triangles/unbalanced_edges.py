@@ -11,8 +11,8 @@ def unbalanced_edge_count(surface: SurfaceMesh) -> int:
     """Count edges that are not passed equally often in both directions.
 
     0 means that the enclosed volume is well defined. Weaker than
-    `gradedesign.geometry.triangles.surface_mesh.open_edge_count`: an edge of four triangles, where two shells
-    touch, is balanced.
+    `gradedesign.geometry.triangles.surface_mesh.open_edge_count`: an edge of four triangles, where
+    two shells touch, is balanced.
     """
     faces = surface.faces
     start = faces.ravel()

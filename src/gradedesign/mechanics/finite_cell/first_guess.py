@@ -57,8 +57,8 @@ def nearest_combination(
 ) -> FloatArray | None:
     """Combination of fields that is nearest to the solution of ``K u = right`` in energy.
 
-    Galerkin's method on their span, as `gradedesign.mechanics.solver.galerkin_start` does on tetrahedra: a load
-    at an angle between two others is solved by their sum.
+    Galerkin's method on their span, as `gradedesign.mechanics.solver.galerkin_start` does on
+    tetrahedra: a load at an angle between two others is solved by their sum.
 
     Parameters
     ----------
