@@ -33,9 +33,7 @@ def level(density):
 
 def solve(cells, count, density=0.3, offset=(0.0, 0.0, 0.0)):
     """Press a block of cells of edge 1 by finite cells of an edge of ``1 / count``."""
-    from finite_cell_solids import box_face, gyroid_sheet, load_case, newtons, problem
-
-    from gradedesign.mechanics.finite_cell import analyse
+    from finite_cell_solids import analyse, box_face, gyroid_sheet, load_case, newtons, problem
 
     low, high = (0.0, 0.0, 0.0), tuple(map(float, cells))
     regions = {side: box_face(side, low, high, 0, k) for k, side in enumerate(("x0", "x1"))}

@@ -32,7 +32,7 @@ def block_of(name, rho, cells):
     from gradedesign.design.resolve.registry import lookup
     from gradedesign.geometry.cell.calibration import calibrate
     from gradedesign.geometry.cell.wall_size import wall_mm
-    from gradedesign.mechanics.finite_cell import Plane
+    from gradedesign.mechanics.finite_cell.grid import Plane
     from gradedesign.program.host.registry import build_registry
 
     cell = calibrate(lookup(build_registry(), "cell_families", name))
@@ -64,10 +64,10 @@ def residual_of(result, case):
 
 def compare(name, rho, cells):
     """Print limits of tetrahedra, bands of finite cells and what both took."""
+    from finite_cell_solids import analyse
     from test_finite_cells import tetrahedra_of
 
     from gradedesign.mechanics.explicit.finite_cells import ORDERS, elements_per_wall
-    from gradedesign.mechanics.finite_cell import analyse
     from gradedesign.mechanics.limits.banded import Residual, banded
 
     cell, solid, wall = block_of(name, rho, cells)

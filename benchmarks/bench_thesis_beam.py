@@ -26,9 +26,8 @@ ORDERS = (0.75, 1.5, 3.0)
 
 def one(name, thickness, bricks):
     """Solve one beam at a resolution and print what it does."""
-    from finite_cell_solids import box_face, load_case, newtons, problem
+    from finite_cell_solids import analyse, box_face, load_case, newtons, problem
 
-    from gradedesign.mechanics.finite_cell import analyse
     from gradedesign.program.host.registry import build_registry
 
     shape = build_registry().cell_families[name].shape

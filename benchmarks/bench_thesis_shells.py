@@ -178,7 +178,7 @@ def by_calculix(thickness):
 
 def main(arguments):
     """Print displacements by 1 N of shells and solids, times E L / N."""
-    from gradedesign.mechanics.finite_cell import analyse
+    from finite_cell_solids import analyse
 
     for thickness in THICKNESSES:
         solid = block(thickness)

@@ -117,7 +117,7 @@ def by_calculix(solid, mesh, edge):
 
 def by_finite_cells(solid, per_cell):
     """Result of finite cells, as many along a cell."""
-    from gradedesign.mechanics.finite_cell import analyse
+    from finite_cell_solids import analyse
 
     return analyse(solid, 1.0 / per_cell)
 

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import CaseError, LatticeError
-from gradedesign.mechanics.finite_cell import Plane
 from gradedesign.mechanics.finite_cell.basis import gauss_places, gauss_weights
 from gradedesign.mechanics.finite_cell.elements import cut_elements, solid_volume
-from gradedesign.mechanics.finite_cell.grid import fit_grid
+from gradedesign.mechanics.finite_cell.grid import Plane, fit_grid
 from gradedesign.mechanics.finite_cell.space import brick_space
 from gradedesign.mechanics.finite_cell.surface import element_table, locate
 

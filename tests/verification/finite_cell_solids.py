@@ -1,10 +1,18 @@
 """Solids, regions and load cases for the tests of finite cells."""
 
+from types import SimpleNamespace
+
 import numpy as np
 
 from gradedesign.geometry.part.regions import Region
 from gradedesign.mechanics.fe.load_schema import FixSpec, LoadCaseSpec, LoadSpec
-from gradedesign.mechanics.finite_cell import Problem
+from gradedesign.mechanics.finite_cell.analysis import divide, solve_divided
+from gradedesign.mechanics.finite_cell.cut_problem import CutProblem, require_regions
+from gradedesign.mechanics.finite_cell.recovery import recovered_stress
+from gradedesign.mechanics.finite_cell.result import solution_of
+from gradedesign.mechanics.finite_cell.stress import displacement_at as displacement_in
+from gradedesign.mechanics.finite_cell.stress import solid_points
+from gradedesign.mechanics.finite_cell.surface import element_table, locate
 from gradedesign.mechanics.material.material import Material
 
 STEEL = Material(
@@ -75,10 +83,39 @@ def load_case(name, fix, load, **others):
 
 
 def problem(field, lower, upper, cases, regions, material=STEEL, **others):
-    return Problem(
+    return CutProblem(
         field=field, lower=lower, upper=upper, cases=tuple(cases), regions=regions,
         material=material, **others,
     )  # fmt: skip
+
+
+def analyse(solid, spacing, **settings):
+    """Solve every load case of a solid on finite cells of a spacing."""
+    require_regions(solid)
+    return solve_divided(solid, *divide(solid, spacing), **settings)
+
+
+def stress_sample(result, name):
+    """Points of the solid, the volumes that they stand for, and the stress of a load case there."""
+    solution, at = solution_of(result, name), solid_points(result.elements)
+    stress = recovered_stress(
+        result.elements, result.space, solution.u, result.lame, at, solution.thermal_strain
+    )
+    return SimpleNamespace(points=at.points, volume=at.volume, stress=stress)
+
+
+def displacement_at(result, name, points):
+    """Displacement of a load case at points ``(3, m)`` of the solid."""
+    element = locate(result.elements, element_table(result.elements), points)
+    assert (element >= 0).all(), "points outside the solid"
+    u = solution_of(result, name).u
+    return displacement_in(result.elements, result.space, u, element, points)
+
+
+def displacement_on(result, place, name, component):
+    """Largest displacement of a region's solid, magnitude or absolute component."""
+    u = result.region_displacement(place, name)
+    return float((np.linalg.norm(u, axis=0) if component is None else np.abs(u[component])).max())
 
 
 def gyroid_sheet(level, cells, offset=(0.0, 0.0, 0.0)):

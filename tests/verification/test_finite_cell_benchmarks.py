@@ -4,10 +4,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from finite_cell_solids import box_regions, load_case, problem, region
+from finite_cell_solids import analyse, box_regions, load_case, problem, region
 from test_kirsch import kirsch_stress
 
-from gradedesign.mechanics.finite_cell import analyse
 from gradedesign.mechanics.finite_cell.recovery import recovered_stress
 from gradedesign.mechanics.finite_cell.result import solution_of
 from gradedesign.mechanics.finite_cell.stress import SolidPoints, solid_points

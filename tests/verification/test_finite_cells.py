@@ -7,14 +7,18 @@ import numpy as np
 import pytest
 from finite_cell_solids import (
     STEEL,
+    analyse,
     box_face,
     box_field,
     box_regions,
+    displacement_at,
+    displacement_on,
     gyroid_sheet,
     load_case,
     newtons,
     problem,
     region,
+    stress_sample,
 )
 from small_parts import zone_of
 
@@ -29,15 +33,9 @@ from gradedesign.mechanics.explicit.explicit import analyse_printed_solid
 from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS, ORDERS
 from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
 from gradedesign.mechanics.fe.stress import weighted_percentile
-from gradedesign.mechanics.finite_cell import (
-    Accuracy,
-    analyse,
-    displacement_at,
-    displacement_on,
-    stress_sample,
-)
 from gradedesign.mechanics.finite_cell.elements import cut_elements
 from gradedesign.mechanics.finite_cell.grid import fit_grid
+from gradedesign.mechanics.finite_cell.load_cases import Accuracy
 from gradedesign.mechanics.finite_cell.loads import case_force
 from gradedesign.mechanics.finite_cell.operator import lame_constants, operator, product
 from gradedesign.mechanics.finite_cell.space import brick_space, node_points
@@ -356,10 +354,7 @@ def test_what_cannot_be_analysed_is_named():
     with pytest.raises(LatticeError, match="falls apart"):
         analyse(apart, 0.5)
     with pytest.raises(CaseError, match="names region 'x0'"):
-        analyse(
-            problem(block.field, block.lower, block.upper, block.cases, {}),
-            0.5,
-        )
+        analyse(problem(block.field, block.lower, block.upper, block.cases, {}), 0.5)
     loose = [load_case("loose", [("x0", "x"), ("y0", "y")], [("x1", {"pressure": "1 MPa"})])]
     with pytest.raises(SolverError, match="free to translate along z"):
         analyse(problem(block.field, block.lower, block.upper, loose, block.regions), 0.5)

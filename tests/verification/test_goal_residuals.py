@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from finite_cell_solids import (
+    analyse,
     box_face,
     box_field,
     box_regions,
+    displacement_on,
     load_case,
     newtons,
     problem,
@@ -17,7 +19,7 @@ from gradedesign.errors import CaseError
 from gradedesign.mechanics.explicit.finite_cells import ORDERS
 from gradedesign.mechanics.fe.displacement_goal import DisplacementGoal
 from gradedesign.mechanics.fe.load_schema import FixSpec, LoadCaseSpec
-from gradedesign.mechanics.finite_cell import Plane, analyse, displacement_on
+from gradedesign.mechanics.finite_cell.grid import Plane
 from gradedesign.mechanics.limits.banded import Residual, banded
 
 #: A plate of 1.5 mm, 16 mm square, on 2 x 2 x 1 gyroid sheet cells of 8 mm, density 0.3, that

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from finite_cell_solids import STEEL, box_field, load_case, newtons, problem, region
+from finite_cell_solids import STEEL, analyse, box_field, load_case, newtons, problem, region
 from meshes import box_mesh, face, facets_where, mapped_mesh, mean_on, uniform
 from oracles.calculix import needs_ccx, run_calculix
 
@@ -21,7 +21,6 @@ from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
 from gradedesign.mechanics.fe.solution import LoadVector, Solution
 from gradedesign.mechanics.fe.solve import solve_elastic
 from gradedesign.mechanics.fe.space import TetSpace, tet_space
-from gradedesign.mechanics.finite_cell import analyse
 from gradedesign.program.outputs.analysed_model import AnalysedModel, ModelStep
 from gradedesign_calculix.calculix import write_calculix
 

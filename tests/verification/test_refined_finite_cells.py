@@ -4,19 +4,25 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from finite_cell_solids import STEEL, box_face, box_field, box_regions, load_case, newtons, problem
-
-from gradedesign.errors import LatticeError
-from gradedesign.mechanics.finite_cell import (
-    Accuracy,
-    Plane,
+from finite_cell_solids import (
+    STEEL,
     analyse,
+    box_face,
+    box_field,
+    box_regions,
     displacement_at,
+    load_case,
+    newtons,
+    problem,
     stress_sample,
 )
+
+from gradedesign.errors import LatticeError
 from gradedesign.mechanics.finite_cell.analysis import divide
 from gradedesign.mechanics.finite_cell.elements import solid_volume
+from gradedesign.mechanics.finite_cell.grid import Plane
 from gradedesign.mechanics.finite_cell.hanging import fill_hanging, free_corners, free_nodes
+from gradedesign.mechanics.finite_cell.load_cases import Accuracy
 from gradedesign.mechanics.finite_cell.loads import case_force
 from gradedesign.mechanics.finite_cell.space import node_points
 from gradedesign.mechanics.finite_cell.surface import element_table, locate

@@ -127,7 +127,7 @@ def parse_formula(text: str, *, variables: tuple[str, ...] = VARIABLES) -> Formu
             f"the formula has {len(text)} characters; expected at most {LONGEST}; a map that "
             f"complicated belongs into a voxel array"
         )
-    parser = _Parser(text=text, tokens=_tokens(text), variables=variables)
+    parser = _Parser(tokens=_tokens(text), variables=variables)
     parser.sum(0)
     if parser.next_token()[0]:
         raise parser.wrong("an operator or the end")
@@ -173,7 +173,6 @@ def evaluate_formula(formula: Formula, values: Mapping[str, FloatArray]) -> Floa
 class _Parser:
     """Recursive descent over tokens; writes the postfix program as it goes."""
 
-    text: str
     tokens: list[tuple[str, int]]
     variables: tuple[str, ...]
     at: int = 0

@@ -18,7 +18,6 @@ from gradedesign.design.loop.planned_design import planned_design
 from gradedesign.design.resolve.setup import Setup
 from gradedesign.design.resolve.wall_grading import wall_grading
 from gradedesign.geometry.lattice.cell_layout import CellLayout
-from gradedesign.geometry.lattice.density_grid import DensityGrid
 from gradedesign.geometry.lattice.lattice import LatticeDesign
 from gradedesign.mechanics.explicit.analysis import SURFACE_PER_ELEMENT, Resolution
 from gradedesign.mechanics.explicit.explicit import ExplicitResult, analyse_printed_solid
@@ -33,7 +32,6 @@ class Analysed:
 
     Attributes
     ----------
-    grid : DensityGrid
     design : LatticeDesign
     solid : PrintedSolid
     result : ExplicitResult
@@ -43,7 +41,6 @@ class Analysed:
         are finer than walls ask for, since the solid is small.
     """
 
-    grid: DensityGrid
     design: LatticeDesign
     solid: PrintedSolid
     result: ExplicitResult
@@ -100,7 +97,6 @@ def analyse_cells(
         lambda message: on_event(Event(stage="explicit", message=message)),
     )
     return Analysed(
-        grid=grid,
         design=design,
         solid=solid,
         result=result,

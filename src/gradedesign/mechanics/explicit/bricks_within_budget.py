@@ -17,9 +17,9 @@ from gradedesign.geometry.lattice.lattice import lattice_field
 from gradedesign.mechanics.explicit.analysis import Resolution
 from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
 from gradedesign.mechanics.finite_cell.analysis import brick_grid, divide
+from gradedesign.mechanics.finite_cell.cut_problem import CutProblem, require_regions
 from gradedesign.mechanics.finite_cell.elements import DisconnectedError, Elements, solid_volume
 from gradedesign.mechanics.finite_cell.grid import Plane
-from gradedesign.mechanics.finite_cell.problem import Problem, require_regions
 from gradedesign.mechanics.finite_cell.space import BrickSpace, unknown_count
 
 log = logging.getLogger(__name__)
@@ -45,7 +45,7 @@ class DividedSolid:
 
     Attributes
     ----------
-    problem : Problem
+    problem : CutProblem
     elements : Elements
     space : BrickSpace
     requested : float, mm
@@ -54,21 +54,21 @@ class DividedSolid:
         Faults of the spacings that were tried first.
     """
 
-    problem: Problem
+    problem: CutProblem
     elements: Elements
     space: BrickSpace
     requested: float
     refused: tuple[str, ...]
 
 
-def design_problem(solid: PrintedSolid, spacing: float, *, graded: bool = False) -> Problem:
+def design_problem(solid: PrintedSolid, spacing: float, *, graded: bool = False) -> CutProblem:
     """The solid of a design, or its `PrintedSolid.field`, with the loads and supports of its case.
 
     ``spacing``, mm, is that of the elements: distances of the part are exact within it. Of a graded
     problem the elements are twice as large where walls are thick.
     """
     domain = solid.design.domain
-    return Problem(
+    return CutProblem(
         field=solid.field or lattice_field(solid.design, band=2.0 * spacing if graded else spacing),
         lower=domain.lower,
         upper=domain.upper,
@@ -179,7 +179,7 @@ def divided_within_budget(
 
 
 def _tried(
-    problem: Problem, spacing: float
+    problem: CutProblem, spacing: float
 ) -> tuple[float, str, tuple[Elements, BrickSpace] | None]:
     """Share of the solid that elements lose, in words, and the elements if it is little."""
     try:
@@ -199,7 +199,7 @@ def _tried(
     return abs(off), why, None
 
 
-def sampled_volume(problem: Problem) -> float:
+def sampled_volume(problem: CutProblem) -> float:
     """Volume of the solid, mm^3, by points in random places of an even grid of the box."""
     extent = problem.upper - problem.lower
     step = float((extent.prod() / VOLUME_POINTS) ** (1 / 3))
@@ -215,7 +215,7 @@ def sampled_volume(problem: Problem) -> float:
     return float(inside * extent.prod() / count.prod())
 
 
-def _require_room(problem: Problem, spacing: float, memory: float) -> None:
+def _require_room(problem: CutProblem, spacing: float, memory: float) -> None:
     """Refuse a grid whose samples alone do not fit the memory."""
     bricks = float(np.prod(brick_grid(problem, spacing).shape, dtype=np.float64))
     need = BASE_BYTES + BYTES_PER_BRICK * bricks

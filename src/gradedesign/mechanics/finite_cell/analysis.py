@@ -5,71 +5,26 @@ from __future__ import annotations
 import logging
 import time
 
-from gradedesign.errors import CaseError
+from gradedesign.mechanics.finite_cell.cut_problem import CutProblem, region_planes
 from gradedesign.mechanics.finite_cell.elements import Elements, cut_elements, solid_volume
 from gradedesign.mechanics.finite_cell.grid import Grid, fit_grid
 from gradedesign.mechanics.finite_cell.load_cases import USUAL, Accuracy, solved_cases
 from gradedesign.mechanics.finite_cell.operator import lame_constants
-from gradedesign.mechanics.finite_cell.problem import Problem, region_planes, require_regions
 from gradedesign.mechanics.finite_cell.refinement import refined
 from gradedesign.mechanics.finite_cell.result import FiniteCellResult
 from gradedesign.mechanics.finite_cell.space import BrickSpace, brick_space, unknown_count
-from gradedesign.mechanics.finite_cell.surface import (
-    region_points,
-)
+from gradedesign.mechanics.finite_cell.surface import region_points
 
 log = logging.getLogger(__name__)
 
 
-def analyse(
-    problem: Problem,
-    spacing: float,
-    *,
-    accuracy: Accuracy = USUAL,
-    start: FiniteCellResult | None = None,
-) -> FiniteCellResult:
-    """Solve every load case on finite cells of a spacing.
-
-    Parameters
-    ----------
-    problem : Problem
-    spacing : float, mm
-        Largest edge of an element at the thinnest wall; 1.4 walls or less for 2 % in displacement.
-    accuracy : Accuracy
-    start : FiniteCellResult, optional
-        Of a similar solid: its displacements are where the iteration starts.
-
-    Returns
-    -------
-    FiniteCellResult
-
-    Raises
-    ------
-    CaseError
-        If a load case names a region that is not given, or supports contradict each other.
-    LatticeError
-        If nothing is solid, the solid falls apart, or none reaches a region.
-    SolverError
-        If supports leave rigid motions free, or the iteration does not converge.
-
-    References
-    ----------
-    J. Parvizian, A. Düster, E. Rank (2007), Finite cell method, Comput. Mech. 41, 121-133.
-    """
-    if not 0.0 < accuracy.softness < 0.1:
-        raise CaseError(f"softness is {accuracy.softness:g}, expected more than 0, less than 0.1")
-    require_regions(problem)
-    elements, space = divide(problem, spacing)
-    return solve_divided(problem, elements, space, accuracy=accuracy, start=start)
-
-
-def brick_grid(problem: Problem, spacing: float) -> Grid:
+def brick_grid(problem: CutProblem, spacing: float) -> Grid:
     """Grid of a problem: no coarser than a spacing, mm, its planes on those of the regions."""
     planes = (*problem.planes, *region_planes(problem.regions))
     return fit_grid(problem.lower, problem.upper, spacing, planes)
 
 
-def divide(problem: Problem, spacing: float) -> tuple[Elements, BrickSpace]:
+def divide(problem: CutProblem, spacing: float) -> tuple[Elements, BrickSpace]:
     """Elements of a spacing, mm, and their nodes: all that the memory of a solve depends on.
 
     They are twice as large where the problem's grading allows.
@@ -87,14 +42,37 @@ def divide(problem: Problem, spacing: float) -> tuple[Elements, BrickSpace]:
 
 
 def solve_divided(
-    problem: Problem,
+    problem: CutProblem,
     elements: Elements,
     space: BrickSpace,
     *,
     accuracy: Accuracy = USUAL,
     start: FiniteCellResult | None = None,
 ) -> FiniteCellResult:
-    """Solve every load case on given elements; parameters and errors are those of `analyse`."""
+    """Solve every load case on given elements.
+
+    Parameters
+    ----------
+    problem : CutProblem
+    elements, space
+        As `divide` makes them, of a spacing of 1.4 walls or less for 2 % in displacement.
+    accuracy : Accuracy
+    start : FiniteCellResult, optional
+        Of a similar solid: its displacements are where the iteration starts.
+
+    Raises
+    ------
+    CaseError
+        If supports contradict each other.
+    LatticeError
+        If no solid reaches a region.
+    SolverError
+        If supports leave rigid motions free, or the iteration does not converge.
+
+    References
+    ----------
+    J. Parvizian, A. Düster, E. Rank (2007), Finite cell method, Comput. Mech. 41, 121-133.
+    """
     begin = time.process_time()
     places = {
         name: region_points(elements, problem.field, region)

@@ -10,11 +10,11 @@ import numpy as np
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.mechanics.fe.displacement_goal import DisplacementGoal
 from gradedesign.mechanics.fe.load_case import LoadCaseSpecification
+from gradedesign.mechanics.finite_cell.cut_problem import CutProblem
 from gradedesign.mechanics.finite_cell.elements import Elements
 from gradedesign.mechanics.finite_cell.hanging import gather_hanging
 from gradedesign.mechanics.finite_cell.loads import scattered
 from gradedesign.mechanics.finite_cell.operator import lame_constants
-from gradedesign.mechanics.finite_cell.problem import Problem
 from gradedesign.mechanics.finite_cell.residual_places import ResidualPlaces, residual_places
 from gradedesign.mechanics.finite_cell.result import CaseSolution
 from gradedesign.mechanics.finite_cell.space import BrickSpace
@@ -86,7 +86,7 @@ def goal_force(
 
 
 def with_residuals(
-    problem: Problem,
+    problem: CutProblem,
     elements: Elements,
     space: BrickSpace,
     places: Mapping[str, SurfacePoints],
@@ -97,7 +97,7 @@ def with_residuals(
 
     Parameters
     ----------
-    problem : Problem
+    problem : CutProblem
     elements : Elements
     space : BrickSpace
     places : mapping of name to SurfacePoints

@@ -14,6 +14,7 @@ from gradedesign.common.system.progress import stepping
 from gradedesign.errors import SolverError
 from gradedesign.mechanics.fe.displacement_goal import DisplacementGoal
 from gradedesign.mechanics.fe.load_case import LoadCaseSpecification
+from gradedesign.mechanics.finite_cell.cut_problem import CutProblem
 from gradedesign.mechanics.finite_cell.elements import Elements
 from gradedesign.mechanics.finite_cell.first_guess import first_guess, nearest_combination
 from gradedesign.mechanics.finite_cell.goals import Dual, goal_force, with_residuals
@@ -22,7 +23,6 @@ from gradedesign.mechanics.finite_cell.iterate import Iterate, conjugate_gradien
 from gradedesign.mechanics.finite_cell.loads import case_force, thermal_force
 from gradedesign.mechanics.finite_cell.multigrid import build_preconditioner, cycle
 from gradedesign.mechanics.finite_cell.operator import Operator, lame_constants, operator, product
-from gradedesign.mechanics.finite_cell.problem import Problem
 from gradedesign.mechanics.finite_cell.result import CaseSolution, FiniteCellResult
 from gradedesign.mechanics.finite_cell.space import BrickSpace, unknown_count
 from gradedesign.mechanics.finite_cell.supports import Held, held_by, support_key
@@ -77,7 +77,7 @@ USUAL = Accuracy()
 
 
 def solved_cases(
-    problem: Problem,
+    problem: CutProblem,
     elements: Elements,
     space: BrickSpace,
     places: Mapping[str, SurfacePoints],
@@ -172,7 +172,7 @@ class _System:
 
 
 def _solved_case(
-    problem: Problem,
+    problem: CutProblem,
     case: LoadCaseSpecification,
     own: Held,
     system: _System,

@@ -11,6 +11,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from gradedesign.arrays import BoolArray, Field, FloatArray
+from gradedesign.mechanics.finite_cell.cut_problem import CutProblem
 from gradedesign.mechanics.finite_cell.elements import (
     DISCONNECTED_SHARE,
     Elements,
@@ -21,7 +22,6 @@ from gradedesign.mechanics.finite_cell.elements import (
     solid_fraction,
 )
 from gradedesign.mechanics.finite_cell.grid import Grid, Plane, fit_grid
-from gradedesign.mechanics.finite_cell.problem import Problem
 from gradedesign.mechanics.finite_cell.space import BrickSpace, brick_space
 
 log = logging.getLogger(__name__)
@@ -33,7 +33,7 @@ CHUNK = 2**13
 
 
 def refined(
-    problem: Problem, grading: Field, spacing: float, planes: Sequence[Plane]
+    problem: CutProblem, grading: Field, spacing: float, planes: Sequence[Plane]
 ) -> tuple[Elements, BrickSpace]:
     """Elements of a spacing, mm, and of twice that where the grading allows, and their nodes.
 

@@ -8,13 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.errors import CaseError
 from gradedesign.mechanics.finite_cell.elements import Elements
-from gradedesign.mechanics.finite_cell.recovery import recovered_stress
 from gradedesign.mechanics.finite_cell.space import BrickSpace
 from gradedesign.mechanics.finite_cell.stress import displacement_at as displacement_in
 from gradedesign.mechanics.finite_cell.stress import solid_points
-from gradedesign.mechanics.finite_cell.surface import SurfacePoints, element_table, locate
+from gradedesign.mechanics.finite_cell.surface import SurfacePoints
 from gradedesign.mechanics.finite_cell.traction_residual import GoalResidual
 
 
@@ -116,62 +114,6 @@ class FiniteCellResult:
         u = solution_of(self, load_case).u
         displacement = displacement_in(self.elements, self.space, u, at.element, at.points)
         return float(np.linalg.norm(displacement, axis=0).max())
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class StressSample:
-    """Stress where the solid is.
-
-    Attributes
-    ----------
-    points : (3, m) array, mm
-        Centroids of the solid in the sub-cells of the elements.
-    volume : (m,) array, mm^3
-        Solid that each point stands for.
-    stress : (3, 3, m) array, MPa
-    """
-
-    points: FloatArray
-    volume: FloatArray
-    stress: FloatArray
-
-
-def stress_sample(result: FiniteCellResult, load_case: str) -> StressSample:
-    """Stress of a load case at points of the solid."""
-    solution = solution_of(result, load_case)
-    at = solid_points(result.elements)
-    stress = recovered_stress(
-        result.elements, result.space, solution.u, result.lame, at, solution.thermal_strain
-    )
-    return StressSample(points=at.points, volume=at.volume, stress=stress)
-
-
-def displacement_at(result: FiniteCellResult, load_case: str, points: FloatArray) -> FloatArray:
-    """Displacement of a load case at points ``(3, m)``, ``(3, m)``, mm.
-
-    Raises
-    ------
-    CaseError
-        If a point lies in no element.
-    """
-    element = locate(result.elements, element_table(result.elements), points)
-    if (element < 0).any():
-        k = int(np.argmin(element))
-        raise CaseError(
-            f"{np.count_nonzero(element < 0)} points lie outside the solid, such as "
-            f"{points[:, k]} mm"
-        )
-    solution = solution_of(result, load_case)
-    return displacement_in(result.elements, result.space, solution.u, element, points)
-
-
-def displacement_on(
-    result: FiniteCellResult, region: str, load_case: str, component: int | None
-) -> float:
-    """Largest displacement of a region's solid, magnitude or absolute component, mm."""
-    u = result.region_displacement(region, load_case)
-    values = np.linalg.norm(u, axis=0) if component is None else np.abs(u[component])
-    return float(values.max())
 
 
 def solution_of(result: FiniteCellResult, load_case: str) -> CaseSolution:

@@ -24,17 +24,14 @@ class BrickSpace:
 
     Attributes
     ----------
-    order : int
-        1 or 2.
-    nodes : (n, (order + 1)^3) int32 array
-        Of every element, x fastest.
+    nodes : (n, 27) or (n, 8) int32 array
+        Of quadratic or linear functions, of every element, x fastest.
     place : (N, 3) int32 array
         Of every node, in halves of the grid's edges from its lower corner.
     hanging : Hanging or None
         Nodes of small elements that a large neighbour holds; they are numbered last.
     """
 
-    order: int
     nodes: NDArray[np.int32]
     place: NDArray[np.int32]
     hanging: Hanging | None = None
@@ -85,9 +82,9 @@ def brick_space(elements: Elements) -> BrickSpace:
     further = kernels.number_nodes(sets, nodes, len(keys))
     place = np.concatenate([place, place[further]]).astype(np.int32)
     if not len(held):
-        return BrickSpace(order=2, nodes=nodes, place=place)
+        return BrickSpace(nodes=nodes, place=place)
     nodes, new, hanging = hanging_nodes(elements, nodes, place, held)
-    return BrickSpace(order=2, nodes=nodes, place=place[new], hanging=hanging)
+    return BrickSpace(nodes=nodes, place=place[new], hanging=hanging)
 
 
 def linear_space(space: BrickSpace, nodes: NDArray[np.int32]) -> BrickSpace:
@@ -95,7 +92,7 @@ def linear_space(space: BrickSpace, nodes: NDArray[np.int32]) -> BrickSpace:
     used = np.zeros(len(space.place), dtype=bool)
     used[nodes] = True
     number = np.cumsum(used, dtype=np.int32) - 1
-    return BrickSpace(order=1, nodes=number[nodes], place=space.place[used])
+    return BrickSpace(nodes=number[nodes], place=space.place[used])
 
 
 def _opposite_nodes() -> IntArray:

@@ -53,8 +53,6 @@ class PeriodicSolution:
         Zero for a case that follows from another by the symmetry of the grid.
     residual : (6,) array
         Norm of the remaining force over that of the load.
-    islands : float
-        Volume of the disconnected components that were removed, over the solid's.
     """
 
     stiffness: FloatArray
@@ -63,7 +61,6 @@ class PeriodicSolution:
     poissons_ratio: float
     iterations: IntArray
     residual: FloatArray
-    islands: float
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "stiffness", locked(self.stiffness, (6, 6), name="stiffness"))
@@ -107,17 +104,13 @@ def solve_periodic(
     Merkert, Kabel, Int. J. Numer. Meth. Engng 109 (2017) 1461; Leuschner, Fritzen, Comput. Mech.
     62 (2018) 359.
     """
-    connected, islands = connected_fill(fill)
+    connected, _ = connected_fill(fill)
     with threads_for(connected.size):
-        return _solve(connected, islands, poissons_ratio, rtol, use_symmetry)
+        return _solve(connected, poissons_ratio, rtol, use_symmetry)
 
 
 def _solve(
-    connected: FloatArray,
-    islands: float,
-    poissons_ratio: float,
-    rtol: float,
-    use_symmetry: bool,
+    connected: FloatArray, poissons_ratio: float, rtol: float, use_symmetry: bool
 ) -> PeriodicSolution:
     """Solve for a grid that hangs together."""
     operator = voxel_operator(connected, poissons_ratio)
@@ -148,7 +141,6 @@ def _solve(
         poissons_ratio=poissons_ratio,
         iterations=iterations,
         residual=residual,
-        islands=islands,
     )
 
 

@@ -20,7 +20,6 @@ from numpy.typing import ArrayLike, NDArray
 from gradedesign.common.system.atomic import (
     UNFINISHED,
     is_folder,
-    write_bytes,
     write_error,
     write_text,
 )
@@ -101,11 +100,6 @@ class RunFolder:
             raise CaseError(f"{name!r} leaves run folder {self.path} through a link; remove it")
         _make_folder(target.parent, parents=True)
         return target
-
-    def write_bytes(self, name: str, data: bytes) -> Path:
-        """Write an artefact atomically and enter it in the manifest."""
-        write_bytes(self.path_of(name), data)
-        return self.adopt(name)
 
     def write_text(self, name: str, text: str) -> Path:
         """Write an artefact of UTF-8 text atomically and enter it in the manifest."""

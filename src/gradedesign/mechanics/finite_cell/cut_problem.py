@@ -18,7 +18,7 @@ from gradedesign.mechanics.material.material import Material
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Problem:
+class CutProblem:
     """A solid with its loads and supports.
 
     Attributes
@@ -60,7 +60,7 @@ class Problem:
         object.__setattr__(self, "upper", locked(self.upper, (3,), name="upper"))
 
 
-def require_regions(problem: Problem) -> None:
+def require_regions(problem: CutProblem) -> None:
     """Refuse load cases that name a region that is not given."""
     if not problem.cases:
         raise CaseError("no load case is given; expected one or more")
