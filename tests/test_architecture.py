@@ -274,7 +274,7 @@ def test_long_files_say_why():
 
 
 #: Constants of kernels without a word: a comment there compiles the kernels anew on every machine.
-UNEXPLAINED = {"_gradient_kernels.py: PIECES", "_quality_kernels.py: _CHUNKS"}
+UNEXPLAINED = {"_quality_kernels.py: _CHUNKS"}
 
 
 def is_number(node):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from gradedesign.mechanics.finite_cell._patch_kernels import add_patches, invert_factors
-from gradedesign.mechanics.finite_cell.patches import SHIFT
+from gradedesign.mechanics.finite_cell._patch_kernels import invert_factors
+from gradedesign.mechanics.finite_cell.patches import SHIFT, Patches, add_patches
 
 #: Unknowns of a patch of all 27 nodes of an element.
 WIDTH = 81
@@ -29,14 +29,16 @@ def solved(given, free, residual):
     first = np.arange(count + 1) * WIDTH
     scale, height = np.zeros(first[-1], np.float32), np.zeros(first[-1], np.float32)
     rows = np.zeros(begin[-1], np.int8)
-    invert_factors(given.copy(), free, SHIFT, begin[:-1], first[:-1], scale, height, rows)
+    invert_factors(0, count, given.copy(), free, SHIFT, begin[:-1], first[:-1], scale, height, rows)
     nodes = np.arange(27 * count, dtype=np.int32).reshape(count, 27)
     r = residual.reshape(-1, 3).astype(np.float32)
     z = np.zeros_like(r)
-    add_patches(
-        np.ones(27 * count, dtype=bool), nodes, np.arange(count), np.array([0, count]), begin,
-        first, scale, height, rows, np.float32(1.0), r, z,
+    patches = Patches(
+        nodes=nodes, weak=np.ones(27 * count, dtype=bool), chosen=np.arange(count),
+        colours=np.array([0, count]), begin=begin, first=first, scale=scale, height=height,
+        rows=rows,
     )  # fmt: skip
+    add_patches(patches, np.float32(1.0), r, z)
     return z.reshape(count, WIDTH).astype(np.float64)
 
 

@@ -233,17 +233,26 @@ def test_every_long_command_shows_progress():
 @pytest.mark.parametrize(
     ("module", "names"),
     [
-        ("mesh._quality_kernels", "label_pieces largest_cosine"),
-        ("mesh._closest_kernels", "build_tree find_closest"),
-        ("mesh._point_location_kernels", "bin_tets find_tets weigh"),
-        ("fe._assembly_kernels", "elements_of_nodes block_pattern stiffness_blocks"),
-        ("fe._space_kernels", "number_edges"),
-        ("fe._multigrid_kernels", "_multiply_threaded _relax_threaded inverse_diagonal"),
-        ("lattice._marching_kernels", "count_slab march_slab"),
-        ("lattice._side_kernels", "mark_near next_unknown flood_unknown take_out_edges touching"),
-        ("lattice._surface_kernels", "unpaired_edges vertex_shells shell_volumes volumes_under"),
-        ("mesh._collapse_kernels", "mark_short stars collapse_short number_used renumber"),
-        ("cell._percolation_kernels", "flood"),
+        ("geometry.tets._quality_kernels", "label_pieces largest_cosine"),
+        ("geometry.triangles._closest_kernels", "build_tree find_closest"),
+        ("geometry.tets._point_location_kernels", "bin_tets find_tets weigh"),
+        ("mechanics.fe._assembly_kernels", "elements_of_nodes list_columns stiffness_blocks"),
+        ("mechanics.fe._space_kernels", "number_edges"),
+        ("mechanics.solver._multigrid_kernels", "_multiply _relax inverse_diagonal"),
+        ("geometry.contour._marching_kernels", "count_slab march_slab"),
+        (
+            "geometry.contour._side_kernels",
+            "mark_near next_unknown flood_unknown take_out_edges touching",
+        ),
+        (
+            "geometry.contour._surface_kernels",
+            "unpaired_edges vertex_shells shell_volumes volumes_under",
+        ),
+        (
+            "geometry.triangles._collapse_kernels",
+            "mark_short stars collapse_short number_used renumber",
+        ),
+        ("geometry.cell._percolation_kernels", "flood"),
     ],
 )
 def test_kernels_over_a_whole_mesh_let_other_threads_speak(module, names):

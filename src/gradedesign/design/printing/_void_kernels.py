@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 #: More than any squared distance on a grid; the same number in single precision.
 FAR = 1e10
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _pass(line, n, base, foot, start):
     """Replace values by the lower envelope of the parabolas that stand on them."""
     last = -1
@@ -41,38 +41,28 @@ def _pass(line, n, base, foot, start):
         line[q] = (q - p) * (q - p) + base[p]
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def squared_distances(d):
-    """Turn 0 on voxels of a set and `FAR` elsewhere into squared distances to the set, in voxels.
+@njit(cache=True, nogil=True)
+def distances_along(low, high, d):
+    """Least of d plus the squared distance, along the last axis of each of a range of planes.
 
     P. F. Felzenszwalb, D. P. Huttenlocher, "Distance transforms of sampled functions", 2012.
+
+    Parameters
+    ----------
+    low, high : int
+    d : (nx, ny, nz) float32 array, overwritten
+        Of any strides, so that one kernel serves all axes.
     """
-    nx, ny, nz = d.shape
-    most = max(nx, ny, nz)
-    for i in prange(nx):
-        base, start = np.zeros(most), np.zeros(most)
-        foot, line = np.zeros(most, dtype=np.int64), np.zeros(most)
-        for j in range(ny):
-            for k in range(nz):
+    n = d.shape[2]
+    base, start = np.zeros(n), np.zeros(n)
+    foot, line = np.zeros(n, dtype=np.int64), np.zeros(n)
+    for i in range(low, high):
+        for j in range(d.shape[1]):
+            for k in range(n):
                 line[k] = d[i, j, k]
-            _pass(line, nz, base, foot, start)
-            for k in range(nz):
+            _pass(line, n, base, foot, start)
+            for k in range(n):
                 d[i, j, k] = line[k]
-        for k in range(nz):
-            for j in range(ny):
-                line[j] = d[i, j, k]
-            _pass(line, ny, base, foot, start)
-            for j in range(ny):
-                d[i, j, k] = line[j]
-    for j in prange(ny):
-        base, start = np.zeros(most), np.zeros(most)
-        foot, line = np.zeros(most, dtype=np.int64), np.zeros(most)
-        for k in range(nz):
-            for i in range(nx):
-                line[i] = d[i, j, k]
-            _pass(line, nx, base, foot, start)
-            for i in range(nx):
-                d[i, j, k] = line[i]
 
 
 @njit(cache=True, nogil=True)

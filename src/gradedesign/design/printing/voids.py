@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, find_objects, generate_binary_structure, label
 
 from gradedesign.arrays import BoolArray, FloatArray
-from gradedesign.design.printing._void_kernels import FAR, squared_distances, widest_ways
+from gradedesign.common.system.threads import in_ranges
+from gradedesign.design.printing._void_kernels import FAR, distances_along, widest_ways
 from gradedesign.geometry.contour._surface_kernels import shell_volumes, vertex_shells
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.geometry.triangles.voxels import VoxelGrid
@@ -173,7 +174,9 @@ def _width(way: int, h: float) -> float:
 def _squared(chosen: BoolArray) -> FloatArray:
     """Squared distance to chosen voxels, in voxels."""
     values = np.where(chosen, np.float32(0.0), np.float32(FAR))
-    squared_distances(values)
+    for axes in ((0, 1, 2), (0, 2, 1), (1, 2, 0)):
+        turned = values.transpose(axes)
+        in_ranges(distances_along, range(len(turned)), turned)
     return values
 
 

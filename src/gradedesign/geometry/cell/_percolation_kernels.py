@@ -84,7 +84,7 @@ def flood(order: IntArray, n: int, history: IntArray) -> None:
                 for i in range(3):
                     w = windings[b, i]
                     if w[0] != 0 or w[1] != 0 or w[2] != 0:
-                        insert(windings[a], w[0], w[1], w[2])
+                        insert(windings[a], int(w[0]), int(w[1]), int(w[2]))
                 if span_a:
                     total -= size[a]
                 if span_b:
@@ -102,7 +102,7 @@ def flood(order: IntArray, n: int, history: IntArray) -> None:
             history[step, LARGEST_INDEX] = 0
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def wrap(i: int, n: int) -> tuple[int, int]:
     """Return the cell (-1, 0 or 1) and the place in it of a neighbour's coordinate."""
     if i < 0:
@@ -112,7 +112,7 @@ def wrap(i: int, n: int) -> tuple[int, int]:
     return 0, i
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def find(parent: IntArray, jump: NDArray[np.int32], node: int) -> int:
     """Root of a node; afterwards ``parent`` is the root and ``jump`` leads to it in cells."""
     root = node
@@ -134,13 +134,13 @@ def find(parent: IntArray, jump: NDArray[np.int32], node: int) -> int:
     return root
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def lattice_index(rows: NDArray[np.int32]) -> int:
     """Return the index of a lattice of triangular rows, 0 below three dimensions."""
     return abs(rows[0, 0] * rows[1, 1] * rows[2, 2])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def insert(rows: NDArray[np.int32], vx: int, vy: int, vz: int) -> None:
     """Add a vector to an integer lattice kept as upper triangular rows, by Euclid's algorithm."""
     v = np.zeros(3, dtype=np.int64)

@@ -11,17 +11,22 @@ from numpy.typing import NDArray
 
 from gradedesign.arrays import FloatArray, IntArray
 
-#: Most neighbours of a vertex, those across the opposite sides included.
+#: Most neighbours of a vertex, those across the opposite sides included; a contour has 12 at most,
+#: as a rule. Chosen, not measured.
 _RING = 64
-#: Fewer neighbours than this are joined by those across the opposite sides.
+#: Fewer neighbours than this are joined by those across the opposite sides: a quadric has five
+#: unknowns, and one point more judges it.
 _FEW = 7
 #: Neighbours farther from the quadric than this share of the spacing: it is no smooth surface.
+#: Chosen, not measured.
 _SMOOTH = 0.15
-#: Flips that bring the middle of a side less nearer to the surface, in spacings, are not made.
+#: Flips that bring the middle of a side less nearer to the surface, in spacings, are not made: they
+#: would be undone by rounding. Chosen, not measured.
 _LEAST = 1e-4
 #: Least cosine between a triangle and the normals at its corners, and least area in spacings^2.
+#: Chosen, not measured.
 _COSINE, _AREA = 0.7, 0.01
-#: Times that all triangles are visited at most.
+#: Times that all triangles are visited at most. Chosen, not measured.
 _PASSES = 8
 
 
@@ -61,7 +66,7 @@ def opposite_triangles(faces: NDArray[np.int32], count: int) -> NDArray[np.int32
     return opposite
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _corner(faces: NDArray[np.int32], f: int, v: int) -> int:
     """Corner of a triangle at which a vertex is."""
     if faces[f, 0] == v:
@@ -69,7 +74,7 @@ def _corner(faces: NDArray[np.int32], f: int, v: int) -> int:
     return 1 if faces[f, 1] == v else 2
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _neighbours(
     faces: NDArray[np.int32],
     opposite: NDArray[np.int32],
@@ -104,7 +109,7 @@ def _neighbours(
     return near, every
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _slopes(
     a: FloatArray, b: FloatArray, height: FloatArray, count: int
 ) -> tuple[float, float, float, float, float]:
@@ -177,11 +182,12 @@ def _slopes(
     return r0, r1, r2, r3, r4
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _frame(off: FloatArray, near: int, frame: FloatArray) -> bool:
     """Unit vectors along and across the fan of neighbours ``off`` (k, 3), the last its normal."""
     n = frame[2]
-    n[:] = 0.0
+    for x in range(3):
+        n[x] = 0.0
     for m in range(near):
         k = (m + 1) % near
         for x in range(3):
@@ -223,7 +229,7 @@ def fitted_normals(
     for v in range(len(vertices)):
         if seat[v] < 0:
             continue
-        near, every = _neighbours(faces, opposite, seat[v], v, _FEW, ring)
+        near, every = _neighbours(faces, opposite, int(seat[v]), v, _FEW, ring)
         for m in range(every):
             for x in range(3):
                 off[m, x] = (vertices[ring[m], x] - vertices[v, x]) / h
@@ -251,7 +257,7 @@ def fitted_normals(
     return normals
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _distance(vertices: FloatArray, normals: NDArray[np.float32], a: int, b: int) -> float:
     """Distance from the middle of a side to the curve with the normals at its ends."""
     total = 0.0
@@ -260,7 +266,7 @@ def _distance(vertices: FloatArray, normals: NDArray[np.float32], a: int, b: int
     return abs(total) / 8.0
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _faces_out(
     vertices: FloatArray, normals: NDArray[np.float32], a: int, b: int, c: int, h: float
 ) -> bool:
@@ -278,7 +284,7 @@ def _faces_out(
     return size >= 2.0 * _AREA * h * h and least >= _COSINE * size
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _cubes(vertices: FloatArray, a: int, b: int, c: int, origin: FloatArray, h: float) -> int:
     """Count the grid cubes in the bounding box of three vertices; 0 if it lies in a cube's face."""
     cubes = 1
@@ -290,7 +296,7 @@ def _cubes(vertices: FloatArray, a: int, b: int, c: int, origin: FloatArray, h: 
     return cubes
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _is_better(
     vertices: FloatArray,
     normals: NDArray[np.float32],

@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.geometry.contour._side_kernels import BEYOND, DEEP, NEAR
 
+#: First axis of grid edges and the one after the last: along to the next node plane, and in one.
+_ALONG, _ACROSS = (0, 1), (1, 3)
+#: Axis and lower node of each of the twelve edges of a cube.
 _EDGE_AXIS = np.array([0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2], dtype=np.int64)
 _EDGE_BASE = np.array(
     [
@@ -23,7 +26,7 @@ _EDGE_BASE = np.array(
 )  # fmt: skip
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def square_case(values: FloatArray, i: int, j: int, k: int) -> int:
     """Bit ``a + 2 b`` is set where node ``(i + a, j + b, k)`` is inside."""
     case = 0
@@ -81,7 +84,7 @@ def count_slab(
     return deep, near, beside, edges, inner, outer
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _add_vertex(
     values: FloatArray,
     i: int,
@@ -101,7 +104,7 @@ def _add_vertex(
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _number_plane(
     values: FloatArray,
     i: int,
@@ -126,7 +129,7 @@ def _number_plane(
     return used
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _cap(
     values: FloatArray,
     cube: tuple[int, int, int],
@@ -240,14 +243,18 @@ def march_slab(
     beside = np.zeros((total[2], 3), dtype=np.int32)
     inner = np.zeros((4 * total[4], 3), dtype=np.int32)
     outer = np.zeros((4 * total[5], 3), dtype=np.int32)
-    used, fresh, rows, row_near, row_beside, row_in, row_out = 0, 0, 0, 0, 0, 0, 0
-    if first == 0:
-        used = _number_plane(values, 0, (1, 3), number[0], earlier[0], used, nodes, ends)
+    rows, row_near, row_beside = 0, 0, 0
+    # Plain zeros are types of their own: what takes them would be compiled for them too.
+    used, fresh, row_in, row_out = np.int64(0), np.int64(0), np.int64(0), np.int64(0)
     for i in range(nx - 1):
+        if first + i == 0:
+            used = _number_plane(values, i, _ACROSS, number[0], earlier[0], used, nodes, ends)
         # Of the last plane there are no edges along x.
-        used = _number_plane(values, i, (0, 1), number[0], earlier[0], used, nodes, ends)
-        used = _number_plane(values, i + 1, (1, 3), number[1], earlier[0], used, nodes, ends)
-        corner[1] = 0
+        used = _number_plane(values, i, _ALONG, number[0], earlier[0], used, nodes, ends)
+        used = _number_plane(values, i + 1, _ACROSS, number[1], earlier[0], used, nodes, ends)
+        for j in range(ny):
+            for k in range(nz):
+                corner[1, j, k] = 0
         for j in range(ny - 1):
             above = square_case(values, i, j, 0)
             for k in range(nz - 1):

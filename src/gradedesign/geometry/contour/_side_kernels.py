@@ -12,7 +12,7 @@ from gradedesign.arrays import BoolArray, FloatArray, IntArray
 NEAR, DEEP, BESIDE, BEYOND, UNKNOWN = 0, 1, 2, 3, 4
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def meets_box(triangle: FloatArray, middle: FloatArray, half: FloatArray) -> bool:
     """Whether a triangle (3 corners, 3) and a box have a point in common.
 
@@ -136,7 +136,8 @@ def flood_unknown(sides: NDArray[np.uint8], start: int, value: int) -> None:
                 if here and not before:
                     if depth == len(stack):
                         longer = np.zeros(2 * depth, dtype=np.int64)
-                        longer[:depth] = stack
+                        for s in range(depth):
+                            longer[s] = stack[s]
                         stack = longer
                     stack[depth] = (p * ny + q) * nz + k
                     depth += 1
@@ -208,7 +209,7 @@ def touching(
     return touches
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def centre(number: int, shape: IntArray) -> FloatArray:
     """Centre of a cube by its flat number, in cubes from the first node, ``(3,)``."""
     nz, ny = shape[2], shape[1]

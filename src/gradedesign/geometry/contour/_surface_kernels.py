@@ -8,7 +8,7 @@ from numba import njit
 from gradedesign.arrays import FloatArray, IntArray
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def cut_at_box(
     values: FloatArray, points: FloatArray, middle: FloatArray, half: FloatArray
 ) -> None:
@@ -20,7 +20,7 @@ def cut_at_box(
                 values[i] = outside
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def nudge(values: FloatArray, least: float) -> None:
     """Replace values (a, b, c) closer to zero than ``least`` by it."""
     for i in range(values.shape[0]):

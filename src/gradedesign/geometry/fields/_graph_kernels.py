@@ -6,15 +6,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
-#: Points per unit of threaded work; fixed, so that results do not depend on the threads.
-CHUNK = 4096
-#: Newton's steps at most, and the error of a radius over the distance at which they end.
+#: Points that are worth a thread: 0.1 ms of work. Chosen, not measured.
+POINTS = 4096
+#: Newton's steps at most, more than any case needs, and the error of a radius over the distance at
+#: which they end, above rounding. Chosen, not measured.
 NEWTON_STEPS, TOLERANCE = 50, 1e-13
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, nogil=True)
 def gauge(x, y, z, k, start, axis, length, normals):
     """Distance to segment k: Euclidean without normals, else that of its prism."""
     dx = x - start[k, 0]
@@ -34,7 +35,7 @@ def gauge(x, y, z, k, start, axis, length, normals):
     return value
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def greatest_gap(bins, start, axis, length, thickness, normals):
     """Largest value, over the centres of the bins, of the least gauge by thickness."""
     gap = 0.0
@@ -47,7 +48,7 @@ def greatest_gap(bins, start, axis, length, thickness, normals):
     return gap
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def centre(b, bins):
     """Centre of a bin of the unit cell."""
     step = 1.0 / bins
@@ -58,7 +59,7 @@ def centre(b, bins):
     )
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def fill_nearest(bins, start, axis, length, thickness, normals, widen, first, member):
     """List, by bin, every segment that may have the least gauge by thickness somewhere in it.
 
@@ -85,7 +86,7 @@ def fill_nearest(bins, start, axis, length, thickness, normals, widen, first, me
     return total
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def fill_within(bins, start, axis, length, reach, first, member):
     """List, by bin, every segment within reach of some point of it; see `fill_nearest`."""
     limit = reach + 0.5 * math.sqrt(3.0) / bins
@@ -103,57 +104,57 @@ def fill_within(bins, start, axis, length, reach, first, member):
     return total
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def least_gauge(points, bins, first, member, start, axis, length, thickness, normals, value):
-    """Least gauge by thickness at points (3, n) of period 1, into value (n,)."""
-    count = points.shape[1]
-    for chunk in prange((count + CHUNK - 1) // CHUNK):
-        for i in range(chunk * CHUNK, min((chunk + 1) * CHUNK, count)):
-            x = points[0, i] - math.floor(points[0, i])
-            y = points[1, i] - math.floor(points[1, i])
-            z = points[2, i] - math.floor(points[2, i])
-            # A tiny negative coordinate rounds to 1, which is the far side of the last bin.
-            a = min(int(x * bins), bins - 1)
-            b = min(int(y * bins), bins - 1)
-            c = min(int(z * bins), bins - 1)
-            place = (a * bins + b) * bins + c
-            least = np.inf
-            for entry in range(first[place], first[place + 1]):
-                k = member[entry]
-                least = min(least, gauge(x, y, z, k, start, axis, length, normals) / thickness[k])
-            value[i] = least
+@njit(cache=True, nogil=True)
+def least_gauge(
+    low, high, points, bins, first, member, start, axis, length, thickness, normals, value
+):
+    """Least gauge by thickness at a range of points (3, n) of period 1, into value (n,)."""
+    for i in range(low, high):
+        x = points[0, i] - math.floor(points[0, i])
+        y = points[1, i] - math.floor(points[1, i])
+        z = points[2, i] - math.floor(points[2, i])
+        # A tiny negative coordinate rounds to 1, which is the far side of the last bin.
+        a = min(int(x * bins), bins - 1)
+        b = min(int(y * bins), bins - 1)
+        c = min(int(z * bins), bins - 1)
+        place = (a * bins + b) * bins + c
+        least = np.inf
+        for entry in range(first[place], first[place + 1]):
+            k = member[entry]
+            least = min(least, gauge(x, y, z, k, start, axis, length, normals) / thickness[k])
+        value[i] = least
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def filleted_distance(points, bins, first, member, start, axis, length, fillet, most, value):
-    """Radius of filleted struts whose surface passes through points (3, n) of period 1.
+@njit(cache=True, nogil=True)
+def filleted_distance(
+    low, high, points, bins, first, member, start, axis, length, fillet, most, value
+):
+    """Radius of filleted struts whose surface passes through a range of points of period 1.
 
     Into value (n,); see `gradedesign.geometry.fields.filleted_segments`. ``most`` is the number of
     segments of the fullest bin.
     """
-    count = points.shape[1]
     round_struts = np.zeros((0, 0, 3))
-    for chunk in prange((count + CHUNK - 1) // CHUNK):
-        near = np.zeros(most)
-        for i in range(chunk * CHUNK, min((chunk + 1) * CHUNK, count)):
-            x = points[0, i] - math.floor(points[0, i])
-            y = points[1, i] - math.floor(points[1, i])
-            z = points[2, i] - math.floor(points[2, i])
-            # A tiny negative coordinate rounds to 1, which is the far side of the last bin.
-            a = min(int(x * bins), bins - 1)
-            b = min(int(y * bins), bins - 1)
-            c = min(int(z * bins), bins - 1)
-            place = (a * bins + b) * bins + c
-            near_count = first[place + 1] - first[place]
-            least = np.inf
-            for entry in range(near_count):
-                k = member[first[place] + entry]
-                near[entry] = gauge(x, y, z, k, start, axis, length, round_struts)
-                least = min(least, near[entry])
-            value[i] = filleted(near[:near_count], least, fillet)
+    near = np.zeros(most)
+    for i in range(low, high):
+        x = points[0, i] - math.floor(points[0, i])
+        y = points[1, i] - math.floor(points[1, i])
+        z = points[2, i] - math.floor(points[2, i])
+        # A tiny negative coordinate rounds to 1, which is the far side of the last bin.
+        a = min(int(x * bins), bins - 1)
+        b = min(int(y * bins), bins - 1)
+        c = min(int(z * bins), bins - 1)
+        place = (a * bins + b) * bins + c
+        near_count = first[place + 1] - first[place]
+        least = np.inf
+        for entry in range(near_count):
+            k = member[first[place] + entry]
+            near[entry] = gauge(x, y, z, k, start, axis, length, round_struts)
+            least = min(least, near[entry])
+        value[i] = filleted(near[:near_count], least, fillet)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def filleted(distances, least, fillet):
     """Root t of ``sqrt(sum max((1 + f) t - d, 0)^2) = f t``, at most the least distance.
 

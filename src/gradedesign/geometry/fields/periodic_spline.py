@@ -8,8 +8,9 @@ import numpy as np
 from scipy.ndimage import spline_filter
 
 from gradedesign.arrays import Field, FloatArray
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.errors import PluginError
-from gradedesign.geometry.fields._spline_kernels import linear_values, spline_values
+from gradedesign.geometry.fields._spline_kernels import POINTS, linear_values, spline_values
 
 Interpolation = Literal["cubic", "linear"]
 
@@ -73,7 +74,7 @@ def periodic_spline(
         kind = points.dtype if points.dtype == np.float32 else np.dtype(np.float64)
         flat = np.ascontiguousarray(points.reshape(3, -1), dtype=kind)
         value: FloatArray = np.zeros(flat.shape[1], dtype=kind)
-        kernel(flat, table, start, value)
+        in_ranges(kernel, range(0, value.size, POINTS), flat, table, start, value)
         return value.reshape(points.shape[1:])
 
     return evaluate

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gradedesign.arrays import Field, FloatArray
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.errors import PluginError
-from gradedesign.geometry.fields._graph_kernels import least_gauge
+from gradedesign.geometry.fields._graph_kernels import POINTS, least_gauge
 from gradedesign.geometry.fields.graph import graph_segments
 from gradedesign.geometry.fields.near_segments import NearSegments, nearest_candidates
 
@@ -71,8 +72,9 @@ def periodic_distance_to_segments(
         value: FloatArray = np.zeros(flat.shape[1], dtype=kind)
         near = listed()
         own_thickness, own_sides = relative[near.owner], sides[near.owner]
-        least_gauge(
-            flat, near.bins, near.first, near.member, near.start, near.axis, near.length,
+        in_ranges(
+            least_gauge, range(0, value.size, POINTS), flat, near.bins, near.first,
+            near.member, near.start, near.axis, near.length,
             own_thickness, own_sides, value,
         )  # fmt: skip
         return value.reshape(points.shape[1:])

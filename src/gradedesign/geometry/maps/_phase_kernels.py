@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from gradedesign.arrays import FloatArray
+from gradedesign.common.system.threads import in_ranges
 
 #: Turns of the rotation fit; it settles to 1e-9 in 3 to 8 where cells are not folded.
 _TURNS = 40
 
 
-@njit(cache=True, parallel=True)
 def divergence(target: FloatArray, weight: FloatArray, spacing: FloatArray) -> FloatArray:
     """Loads of the least-squares fit, ``(3, nx, ny, nz)``.
 
@@ -19,8 +19,51 @@ def divergence(target: FloatArray, weight: FloatArray, spacing: FloatArray) -> F
     ``(ex, ey, ez)``. Row i holds the integrals of ``weight target_i . grad(N)`` over the node's
     eight elements.
     """
+    result = np.zeros((3, *(n + 1 for n in weight.shape)))
+    in_ranges(_divergence, range(result.shape[1]), target, weight, spacing, result)
+    return result
+
+
+def apply_stiffness(phase: FloatArray, weight: FloatArray, element: FloatArray) -> FloatArray:
+    """Weighted Laplacian times one phase ``(nx, ny, nz)``.
+
+    ``element`` ``(2, 2, 2, 2, 2, 2)``: stiffness of one element, nodes by their corner.
+    """
+    result = np.zeros(phase.shape)
+    in_ranges(_apply_stiffness, range(len(result)), phase, weight, element, result)
+    return result
+
+
+def centre_gradients(phases: FloatArray, spacing: FloatArray) -> FloatArray:
+    """Gradients ``d(phase_i)/dx_j`` at the centres of elements, ``(ex, ey, ez, 3, 3)``."""
+    result = np.zeros((*(n - 1 for n in phases.shape[1:]), 3, 3))
+    in_ranges(_centre_gradients, range(len(result)), phases, spacing, result)
+    return result
+
+
+def nearest_rotations(matrix: FloatArray, start: FloatArray) -> FloatArray:
+    """Rotations nearest to matrices ``(n, 3, 3)``, from rotations to start with, ``(n, 3, 3)``.
+
+    Müller, Bender, Chentanez and Macklin, "A robust method to extract the rotational part of
+    deformations", Motion in Games 2016, algorithm 1. Unlike a polar decomposition it gives a
+    rotation for folded matrices too.
+    """
+    result = start.copy()
+    in_ranges(_turn_to, range(len(result)), matrix, result)
+    return result
+
+
+@njit(cache=True, nogil=True)
+def _divergence(
+    low: int,
+    high: int,
+    target: FloatArray,
+    weight: FloatArray,
+    spacing: FloatArray,
+    result: FloatArray,
+) -> None:
+    """`divergence` of a range of planes."""
     ex, ey, ez = weight.shape
-    result = np.zeros((3, ex + 1, ey + 1, ez + 1))
     face = np.array(
         [
             0.25 * spacing[1] * spacing[2],
@@ -28,7 +71,7 @@ def divergence(target: FloatArray, weight: FloatArray, spacing: FloatArray) -> F
             0.25 * spacing[0] * spacing[1],
         ]
     )
-    for i in prange(ex + 1):
+    for i in range(low, high):
         for j in range(ey + 1):
             for k in range(ez + 1):
                 for a in range(max(i - 1, 0), min(i, ex - 1) + 1):
@@ -44,18 +87,20 @@ def divergence(target: FloatArray, weight: FloatArray, spacing: FloatArray) -> F
                                     + sy * target[a, b, c, p, 1]
                                     + sz * target[a, b, c, p, 2]
                                 )
-    return result
 
 
-@njit(cache=True, parallel=True)
-def apply_stiffness(phase: FloatArray, weight: FloatArray, element: FloatArray) -> FloatArray:
-    """Weighted Laplacian times one phase ``(nx, ny, nz)``.
-
-    ``element`` ``(2, 2, 2, 2, 2, 2)``: stiffness of one element, nodes by their corner.
-    """
+@njit(cache=True, nogil=True)
+def _apply_stiffness(
+    low: int,
+    high: int,
+    phase: FloatArray,
+    weight: FloatArray,
+    element: FloatArray,
+    result: FloatArray,
+) -> None:
+    """`apply_stiffness` of a range of planes."""
     ex, ey, ez = weight.shape
-    result = np.zeros(phase.shape)
-    for i in prange(ex + 1):
+    for i in range(low, high):
         for j in range(ey + 1):
             for k in range(ez + 1):
                 total = 0.0
@@ -75,15 +120,15 @@ def apply_stiffness(phase: FloatArray, weight: FloatArray, element: FloatArray) 
                                         )
                             total += w * part
                 result[i, j, k] = total
-    return result
 
 
-@njit(cache=True, parallel=True)
-def centre_gradients(phases: FloatArray, spacing: FloatArray) -> FloatArray:
-    """Gradients ``d(phase_i)/dx_j`` at the centres of elements, ``(ex, ey, ez, 3, 3)``."""
-    nx, ny, nz = phases.shape[1:]
-    result = np.zeros((nx - 1, ny - 1, nz - 1, 3, 3))
-    for i in prange(nx - 1):
+@njit(cache=True, nogil=True)
+def _centre_gradients(
+    low: int, high: int, phases: FloatArray, spacing: FloatArray, result: FloatArray
+) -> None:
+    """`centre_gradients` of a range of planes."""
+    ny, nz = phases.shape[2:]
+    for i in range(low, high):
         for j in range(ny - 1):
             for k in range(nz - 1):
                 for p in range(3):
@@ -94,19 +139,12 @@ def centre_gradients(phases: FloatArray, spacing: FloatArray) -> FloatArray:
                                 result[i, j, k, p, 0] += (2 * a - 1) * value / spacing[0]
                                 result[i, j, k, p, 1] += (2 * b - 1) * value / spacing[1]
                                 result[i, j, k, p, 2] += (2 * c - 1) * value / spacing[2]
-    return result
 
 
-@njit(cache=True, parallel=True)
-def nearest_rotations(matrix: FloatArray, start: FloatArray) -> FloatArray:
-    """Rotations nearest to matrices ``(n, 3, 3)``, from rotations to start with, ``(n, 3, 3)``.
-
-    Müller, Bender, Chentanez and Macklin, "A robust method to extract the rotational part of
-    deformations", Motion in Games 2016, algorithm 1. Unlike a polar decomposition it gives a
-    rotation for folded matrices too.
-    """
-    result = start.copy()
-    for n in prange(matrix.shape[0]):
+@njit(cache=True, nogil=True)
+def _turn_to(low: int, high: int, matrix: FloatArray, result: FloatArray) -> None:
+    """`nearest_rotations` of a range of matrices, from and to the result."""
+    for n in range(low, high):
         r = result[n]
         for _ in range(_TURNS):
             ox, oy, oz, dot = 0.0, 0.0, 0.0, 0.0
@@ -129,4 +167,3 @@ def nearest_rotations(matrix: FloatArray, start: FloatArray) -> FloatArray:
                 r[0, c] = cosine * x + sine * (uy * z - uz * y) + d * ux
                 r[1, c] = cosine * y + sine * (uz * x - ux * z) + d * uy
                 r[2, c] = cosine * z + sine * (ux * y - uy * x) + d * uz
-    return result

@@ -11,11 +11,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
-
-#: Rows are cut into this many equal chunks, whatever the number of threads.
-CHUNKS = 32
 
 #: Only fused multiply-add. Reordering of sums makes the compiler gather across blocks, 2.6x slower.
 FAST = {"contract"}
@@ -27,10 +24,12 @@ VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
 PAIR = np.array([[0, 1, 2, 3], [1, 4, 5, 6], [2, 5, 7, 8], [3, 6, 8, 9]])
 
 
+#: Elements at every node: start ``(n + 1,)``, element and local node.
+Incidence = tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int8]]
+
+
 @njit(cache=True, nogil=True)
-def elements_of_nodes(
-    elements: NDArray[np.int32], n: int
-) -> tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int8]]:
+def elements_of_nodes(elements: NDArray[np.int32], n: int) -> Incidence:
     """Elements at every node: start ``(n + 1,)``, element and local node, ``(k * m,)`` each."""
     k, m = elements.shape
     start = np.zeros(n + 1, np.int64)
@@ -51,7 +50,7 @@ def elements_of_nodes(
     return start, element, local
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _sort(values: Any, first: int, last: int) -> None:
     """Sort a short slice in place by insertion."""
     for p in range(first + 1, last):
@@ -63,45 +62,49 @@ def _sort(values: Any, first: int, last: int) -> None:
         values[q] = value
 
 
-@njit(parallel=True, cache=True, nogil=True)
-def block_pattern(
-    elements: NDArray[np.int32], start: NDArray[np.int64], element: NDArray[np.int32]
-) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
-    """Nodes that share an element: row start ``(n + 1,)`` and sorted columns."""
-    n = start.size - 1
-    k = elements.shape[0]
-    step = (n + CHUNKS - 1) // CHUNKS
-    row = np.zeros(n + 1, np.int64)
-    for chunk in prange(CHUNKS):
-        seen = np.full(n, -1, np.int32)
-        for i in range(chunk * step, min(n, (chunk + 1) * step)):
-            count = 0
-            for p in range(start[i], start[i + 1]):
-                for b in range(k):
-                    j = elements[b, element[p]]
-                    if seen[j] != i:
-                        seen[j] = i
-                        count += 1
-            row[i + 1] = count
-    for i in range(n):
-        row[i + 1] += row[i]
-    column = np.zeros(row[n], np.int32)
-    for chunk in prange(CHUNKS):
-        seen = np.full(n, -1, np.int32)
-        for i in range(chunk * step, min(n, (chunk + 1) * step)):
-            q = row[i]
-            for p in range(start[i], start[i + 1]):
-                for b in range(k):
-                    j = elements[b, element[p]]
-                    if seen[j] != i:
-                        seen[j] = i
-                        column[q] = j
-                        q += 1
-            _sort(column, row[i], q)
-    return row, column
+@njit(cache=True, nogil=True)
+def count_columns(
+    low: int, high: int, elements: NDArray[np.int32], incidence: Incidence, row: NDArray[np.int64]
+) -> None:
+    """Set row[i + 1] to the number of nodes that share an element with node i, of a range."""
+    start, element, _ = incidence
+    seen = np.full(start.size - 1, -1, np.int32)
+    for i in range(low, high):
+        count = 0
+        for p in range(start[i], start[i + 1]):
+            for b in range(elements.shape[0]):
+                j = elements[b, element[p]]
+                if seen[j] != i:
+                    seen[j] = i
+                    count += 1
+        row[i + 1] = count
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
+def list_columns(
+    low: int,
+    high: int,
+    elements: NDArray[np.int32],
+    incidence: Incidence,
+    row: NDArray[np.int64],
+    column: NDArray[np.int32],
+) -> None:
+    """Fill the sorted columns of a range of block rows, whose starts are ``row`` ``(n + 1,)``."""
+    start, element, _ = incidence
+    seen = np.full(start.size - 1, -1, np.int32)
+    for i in range(low, high):
+        q = row[i]
+        for p in range(start[i], start[i + 1]):
+            for b in range(elements.shape[0]):
+                j = elements[b, element[p]]
+                if seen[j] != i:
+                    seen[j] = i
+                    column[q] = j
+                    q += 1
+        _sort(column, row[i], q)
+
+
+@njit(cache=True, nogil=True)
 def _gradients(nodes: Any, elements: Any, e: int, g: Any) -> float:
     """Fill `g` (4, 3) with gradients of barycentric coordinates, 1/mm; return the volume."""
     p0, p1, p2, p3 = elements[0, e], elements[1, e], elements[2, e], elements[3, e]
@@ -124,12 +127,12 @@ def _gradients(nodes: Any, elements: Any, e: int, g: Any) -> float:
     return det / 6.0
 
 
-@njit(cache=True)
-def _unpack(coefficients: Any, e: int, scale: float, c: Any) -> None:
-    """Fill `c` (6, 6) with `scale` times the stiffness of an element."""
-    if coefficients.shape[1] == 2:
-        lam = scale * coefficients[e, 0]
-        mu = scale * coefficients[e, 1]
+@njit(cache=True, nogil=True)
+def _unpack(coefficients: Any, scale: float, c: Any) -> None:
+    """Fill `c` (6, 6) with `scale` times a stiffness of ``(2,)`` or ``(21,)`` coefficients."""
+    if coefficients.size == 2:
+        lam = scale * coefficients[0]
+        mu = scale * coefficients[1]
         for p in range(3):
             for q in range(3):
                 c[p, q] = lam
@@ -139,12 +142,12 @@ def _unpack(coefficients: Any, e: int, scale: float, c: Any) -> None:
         k = 0
         for p in range(6):
             for q in range(p, 6):
-                c[p, q] = scale * coefficients[e, k]
+                c[p, q] = scale * coefficients[k]
                 c[q, p] = c[p, q]
                 k += 1
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _couple(g: Any, c: Any, u: int, bc: Any, h: Any) -> None:
     """Fill `h` (4, 3, 3) with ``B_u^T C B_v`` for every coordinate v; `bc` is scratch (3, 6)."""
     for x in range(3):
@@ -161,17 +164,20 @@ def _couple(g: Any, c: Any, u: int, bc: Any, h: Any) -> None:
             h[v, x, 2] = g[v, 0] * bc[x, 4] + g[v, 1] * bc[x, 3] + g[v, 2] * bc[x, 2]
 
 
-@njit(parallel=True, fastmath=FAST, cache=True, nogil=True)
+@njit(fastmath=FAST, cache=True, nogil=True)
 def stiffness_blocks(
+    low: int,
+    high: int,
     nodes: NDArray[np.float64],
     elements: NDArray[np.int32],
     coefficients: NDArray[np.float64],
     tables: tuple[NDArray[np.int8], NDArray[np.int8], NDArray[np.int8], NDArray[np.float64]],
-    incidence: tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int8]],
+    incidence: Incidence,
     row: NDArray[np.int32],
     column: NDArray[np.int32],
-) -> NDArray[np.float64]:
-    """Blocks ``(n_blocks, 3, 3)`` of the stiffness, N/mm.
+    blocks: NDArray[np.float64],
+) -> None:
+    """Add the stiffness to blocks ``(n_blocks, 3, 3)`` of a range of block rows, N/mm.
 
     The block of nodes a and b is the weighted sum of ``B_u^T C B_v`` over the barycentric
     coordinates u and v on which their shape functions depend.
@@ -180,38 +186,34 @@ def stiffness_blocks(
     start, element, local = incidence
     n = row.size - 1
     k = elements.shape[0]
-    blocks = np.zeros((column.size, 3, 3))
-    step = (n + CHUNKS - 1) // CHUNKS
-    for chunk in prange(CHUNKS):
-        position = np.zeros(n, np.int32)
-        g = np.zeros((4, 3))
-        c = np.zeros((6, 6))
-        bc = np.zeros((3, 6))
-        h = np.zeros((2, 4, 3, 3))
-        for i in range(chunk * step, min(n, (chunk + 1) * step)):
-            for p in range(row[i], row[i + 1]):
-                position[column[p]] = p
-            for p in range(start[i], start[i + 1]):
-                e = element[p]
-                a = local[p]
-                volume = _gradients(nodes, elements, e, g)
-                _unpack(coefficients, e, volume, c)
-                for s in range(2):
-                    if support[a, s] >= 0:
-                        _couple(g, c, support[a, s], bc, h[s])
-                for b in range(k):
-                    q = position[elements[b, e]]
-                    for t in range(count[a, b]):
-                        w = weight[a, b, t]
-                        s = term[a, b, t, 0]
-                        v = term[a, b, t, 1]
-                        for x in range(3):
-                            for y in range(3):
-                                blocks[q, x, y] += w * h[s, v, x, y]
-    return blocks
+    position = np.zeros(n, np.int32)
+    g = np.zeros((4, 3))
+    c = np.zeros((6, 6))
+    bc = np.zeros((3, 6))
+    h = np.zeros((2, 4, 3, 3))
+    for i in range(low, high):
+        for p in range(row[i], row[i + 1]):
+            position[column[p]] = p
+        for p in range(start[i], start[i + 1]):
+            e = int(element[p])
+            a = local[p]
+            volume = _gradients(nodes, elements, e, g)
+            _unpack(coefficients[e], volume, c)
+            for s in range(2):
+                if support[a, s] >= 0:
+                    _couple(g, c, support[a, s], bc, h[s])
+            for b in range(k):
+                q = position[elements[b, e]]
+                for t in range(count[a, b]):
+                    w = weight[a, b, t]
+                    s = term[a, b, t, 0]
+                    v = term[a, b, t, 1]
+                    for x in range(3):
+                        for y in range(3):
+                            blocks[q, x, y] += w * h[s, v, x, y]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _shape_slopes(shape: Any, g: Any, slope: Any) -> None:
     """Fill `slope` (k, 3) with the gradients of the shape functions at one point, 1/mm."""
     for a in range(shape.shape[0]):
@@ -222,17 +224,20 @@ def _shape_slopes(shape: Any, g: Any, slope: Any) -> None:
             slope[a, x] = total
 
 
-@njit(parallel=True, fastmath=FAST, cache=True, nogil=True)
+@njit(fastmath=FAST, cache=True, nogil=True)
 def stiffness_blocks_of_moments(
+    low: int,
+    high: int,
     nodes: NDArray[np.float64],
     elements: NDArray[np.int32],
     moments: NDArray[np.float64],
     shapes: NDArray[np.float64],
-    incidence: tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int8]],
+    incidence: Incidence,
     row: NDArray[np.int32],
     column: NDArray[np.int32],
-) -> NDArray[np.float64]:
-    """Blocks ``(n_blocks, 3, 3)`` of a stiffness that varies inside elements, N/mm.
+    blocks: NDArray[np.float64],
+) -> None:
+    """As `stiffness_blocks`, of a stiffness that varies inside elements, N/mm.
 
     `moments` ``(m, 10, 21)`` are those of `MomentStiffness`, `shapes` ``(4, k, 4)`` dN/dlambda at
     the vertices: B is the sum of its values there times the barycentric coordinates.
@@ -240,54 +245,56 @@ def stiffness_blocks_of_moments(
     start, element, local = incidence
     n = row.size - 1
     k = elements.shape[0]
-    blocks = np.zeros((column.size, 3, 3))
-    step = (n + CHUNKS - 1) // CHUNKS
     felt = np.zeros((4, k), np.bool_)
     for s in range(4):
         for a in range(k):
-            felt[s, a] = (shapes[s, a] != 0.0).any()
-    for chunk in prange(CHUNKS):
-        position = np.zeros(n, np.int32)
-        g = np.zeros((4, 3))
-        c = np.zeros((6, 6))
-        slope = np.zeros((4, k, 3))
-        bc = np.zeros((3, 6))
-        sums = np.zeros((k, 3, 3))
-        for i in range(chunk * step, min(n, (chunk + 1) * step)):
-            for p in range(row[i], row[i + 1]):
-                position[column[p]] = p
-            for p in range(start[i], start[i + 1]):
-                e = element[p]
-                a = local[p]
-                volume = _gradients(nodes, elements, e, g)
+            for u in range(4):
+                felt[s, a] |= shapes[s, a, u] != 0.0
+    position = np.zeros(n, np.int32)
+    g = np.zeros((4, 3))
+    c = np.zeros((6, 6))
+    slope = np.zeros((4, k, 3))
+    bc = np.zeros((3, 6))
+    sums = np.zeros((k, 3, 3))
+    for i in range(low, high):
+        for p in range(row[i], row[i + 1]):
+            position[column[p]] = p
+        for p in range(start[i], start[i + 1]):
+            e = int(element[p])
+            a = local[p]
+            volume = _gradients(nodes, elements, e, g)
+            for s in range(4):
+                _shape_slopes(shapes[s], g, slope[s])
+            for b in range(k):
+                for x in range(3):
+                    for y in range(3):
+                        sums[b, x, y] = 0.0
+            for t in range(4):
+                for x in range(3):
+                    for y in range(6):
+                        bc[x, y] = 0.0
                 for s in range(4):
-                    _shape_slopes(shapes[s], g, slope[s])
-                sums[:] = 0.0
-                for t in range(4):
-                    bc[:] = 0.0
-                    for s in range(4):
-                        if not felt[s, a]:
-                            continue
-                        _unpack(moments[:, PAIR[s, t]], e, volume, c)
-                        s0, s1, s2 = slope[s, a, 0], slope[s, a, 1], slope[s, a, 2]
-                        for x in range(3):
-                            for y in range(6):
-                                bc[x, y] += (
-                                    s0 * c[VOIGT[x, 0], y]
-                                    + s1 * c[VOIGT[x, 1], y]
-                                    + s2 * c[VOIGT[x, 2], y]
-                                )
-                    for b in range(k):
-                        if not felt[t, b]:
-                            continue
-                        s0, s1, s2 = slope[t, b, 0], slope[t, b, 1], slope[t, b, 2]
-                        for x in range(3):
-                            sums[b, x, 0] += s0 * bc[x, 0] + s1 * bc[x, 5] + s2 * bc[x, 4]
-                            sums[b, x, 1] += s0 * bc[x, 5] + s1 * bc[x, 1] + s2 * bc[x, 3]
-                            sums[b, x, 2] += s0 * bc[x, 4] + s1 * bc[x, 3] + s2 * bc[x, 2]
-                for b in range(k):
-                    j = position[elements[b, e]]
+                    if not felt[s, a]:
+                        continue
+                    _unpack(moments[e, PAIR[s, t]], volume, c)
+                    s0, s1, s2 = slope[s, a, 0], slope[s, a, 1], slope[s, a, 2]
                     for x in range(3):
-                        for y in range(3):
-                            blocks[j, x, y] += sums[b, x, y]
-    return blocks
+                        for y in range(6):
+                            bc[x, y] += (
+                                s0 * c[VOIGT[x, 0], y]
+                                + s1 * c[VOIGT[x, 1], y]
+                                + s2 * c[VOIGT[x, 2], y]
+                            )
+                for b in range(k):
+                    if not felt[t, b]:
+                        continue
+                    s0, s1, s2 = slope[t, b, 0], slope[t, b, 1], slope[t, b, 2]
+                    for x in range(3):
+                        sums[b, x, 0] += s0 * bc[x, 0] + s1 * bc[x, 5] + s2 * bc[x, 4]
+                        sums[b, x, 1] += s0 * bc[x, 5] + s1 * bc[x, 1] + s2 * bc[x, 3]
+                        sums[b, x, 2] += s0 * bc[x, 4] + s1 * bc[x, 3] + s2 * bc[x, 2]
+            for b in range(k):
+                j = position[elements[b, e]]
+                for x in range(3):
+                    for y in range(3):
+                        blocks[j, x, y] += sums[b, x, y]

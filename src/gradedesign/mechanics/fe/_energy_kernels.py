@@ -8,16 +8,21 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
-from gradedesign.mechanics.fe._assembly_kernels import CHUNKS, FAST, PAIR, _gradients, _unpack
+from gradedesign.mechanics.fe._assembly_kernels import FAST, PAIR, _gradients, _unpack
 
 
-@njit(cache=True)
-def _strain(displacement: Any, elements: Any, e: int, shape: Any, g: Any, eps: Any) -> None:
-    """Fill `eps` (6,) with the engineering strain at one point; `shape` is dN/dlambda (k, 4)."""
-    h = np.zeros((3, 3))
+@njit(cache=True, nogil=True)
+def _strain(displacement: Any, elements: Any, e: int, shape: Any, g: Any, h: Any, eps: Any) -> None:
+    """Fill `eps` (6,) with the engineering strain at one point; `shape` is dN/dlambda (k, 4).
+
+    `h` (3, 3) is scratch.
+    """
+    for x in range(3):
+        for y in range(3):
+            h[x, y] = 0.0
     for a in range(elements.shape[0]):
         i = elements[a, e]
         for y in range(3):
@@ -33,70 +38,68 @@ def _strain(displacement: Any, elements: Any, e: int, shape: Any, g: Any, eps: A
     eps[5] = h[0, 1] + h[1, 0]
 
 
-@njit(parallel=True, fastmath=FAST, cache=True)
+@njit(fastmath=FAST, cache=True, nogil=True)
 def element_energies(
+    low: int,
+    high: int,
     nodes: NDArray[np.float64],
     elements: NDArray[np.int32],
     coefficients: NDArray[np.float64],
     shapes: NDArray[np.float64],
     u: NDArray[np.float64],
     v: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Strain of `u` times stiffness times strain of `v`, over every element, N mm.
+    energy: NDArray[np.float64],
+) -> None:
+    """Fill the integrals of strain of `u` times stress of `v` over a range of elements, N mm.
 
     `shapes` is dN/dlambda ``(points, k, 4)`` at points of equal weight.
     """
-    m = elements.shape[1]
-    energy = np.zeros(m)
-    step = (m + CHUNKS - 1) // CHUNKS
-    for chunk in prange(CHUNKS):
-        g = np.zeros((4, 3))
-        c = np.zeros((6, 6))
-        eps_u = np.zeros(6)
-        eps_v = np.zeros(6)
-        for e in range(chunk * step, min(m, (chunk + 1) * step)):
-            volume = _gradients(nodes, elements, e, g)
-            _unpack(coefficients, e, volume / shapes.shape[0], c)
-            total = 0.0
-            for q in range(shapes.shape[0]):
-                _strain(u, elements, e, shapes[q], g, eps_u)
-                _strain(v, elements, e, shapes[q], g, eps_v)
-                for x in range(6):
-                    for y in range(6):
-                        total += eps_u[x] * c[x, y] * eps_v[y]
-            energy[e] = total
-    return energy
+    g = np.zeros((4, 3))
+    c = np.zeros((6, 6))
+    h = np.zeros((3, 3))
+    eps_u = np.zeros(6)
+    eps_v = np.zeros(6)
+    for e in range(low, high):
+        volume = _gradients(nodes, elements, e, g)
+        _unpack(coefficients[e], volume / shapes.shape[0], c)
+        total = 0.0
+        for q in range(shapes.shape[0]):
+            _strain(u, elements, e, shapes[q], g, h, eps_u)
+            _strain(v, elements, e, shapes[q], g, h, eps_v)
+            for x in range(6):
+                for y in range(6):
+                    total += eps_u[x] * c[x, y] * eps_v[y]
+        energy[e] = total
 
 
-@njit(parallel=True, fastmath=FAST, cache=True)
+@njit(fastmath=FAST, cache=True, nogil=True)
 def element_energies_of_moments(
+    low: int,
+    high: int,
     nodes: NDArray[np.float64],
     elements: NDArray[np.int32],
     moments: NDArray[np.float64],
     shapes: NDArray[np.float64],
     u: NDArray[np.float64],
     v: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    energy: NDArray[np.float64],
+) -> None:
     """As `element_energies`, for `moments` and `shapes` of `stiffness_blocks_of_moments`, N mm."""
-    m = elements.shape[1]
-    energy = np.zeros(m)
-    step = (m + CHUNKS - 1) // CHUNKS
-    for chunk in prange(CHUNKS):
-        g = np.zeros((4, 3))
-        c = np.zeros((6, 6))
-        eps_u = np.zeros((4, 6))
-        eps_v = np.zeros((4, 6))
-        for e in range(chunk * step, min(m, (chunk + 1) * step)):
-            volume = _gradients(nodes, elements, e, g)
-            for s in range(4):
-                _strain(u, elements, e, shapes[s], g, eps_u[s])
-                _strain(v, elements, e, shapes[s], g, eps_v[s])
-            total = 0.0
-            for s in range(4):
-                for t in range(4):
-                    _unpack(moments[:, PAIR[s, t]], e, volume, c)
-                    for x in range(6):
-                        for y in range(6):
-                            total += eps_u[s, x] * c[x, y] * eps_v[t, y]
-            energy[e] = total
-    return energy
+    g = np.zeros((4, 3))
+    c = np.zeros((6, 6))
+    h = np.zeros((3, 3))
+    eps_u = np.zeros((4, 6))
+    eps_v = np.zeros((4, 6))
+    for e in range(low, high):
+        volume = _gradients(nodes, elements, e, g)
+        for s in range(4):
+            _strain(u, elements, e, shapes[s], g, h, eps_u[s])
+            _strain(v, elements, e, shapes[s], g, h, eps_v[s])
+        total = 0.0
+        for s in range(4):
+            for t in range(4):
+                _unpack(moments[e, PAIR[s, t]], volume, c)
+                for x in range(6):
+                    for y in range(6):
+                        total += eps_u[s, x] * c[x, y] * eps_v[t, y]
+        energy[e] = total

@@ -9,13 +9,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
-from gradedesign.mechanics.fe._assembly_kernels import CHUNKS, FAST, _gradients, _unpack
+from gradedesign.mechanics.fe._assembly_kernels import FAST, _gradients, _unpack
 
 
-@njit(inline="always")
+@njit(fastmath=FAST, cache=True, nogil=True)
 def _strain_at(local: Any, shape: Any, g: Any, slope: Any, eps: Any) -> None:
     """Fill `eps` (6,) with the engineering strain at one point.
 
@@ -41,64 +41,63 @@ def _strain_at(local: Any, shape: Any, g: Any, slope: Any, eps: Any) -> None:
         eps[5] += slope[0, v] * g[v, 1] + slope[1, v] * g[v, 0]
 
 
-@njit(inline="always")
+@njit(cache=True, nogil=True)
 def _initial(free: Any, e: int, q: int) -> float:
     """Free thermal strain of an element at a point; `free` broadcasts to (M, points)."""
     return free[e if free.shape[0] > 1 else 0, q if free.shape[1] > 1 else 0]
 
 
-@njit(parallel=True, fastmath=FAST, cache=True)
+@njit(fastmath=FAST, cache=True, nogil=True)
 def stress_at_points(
+    low: int,
+    high: int,
     nodes: NDArray[np.float64],
     elements: NDArray[np.int32],
     coefficients: NDArray[np.float64],
     shapes: NDArray[np.float64],
     free: NDArray[np.float64],
     u: NDArray[np.float64],
-    von_mises_only: bool,
-) -> NDArray[np.float64]:
-    """Stress in Voigt order ``(6, M, points)``, or von Mises stress ``(1, M, points)``, MPa.
+    result: NDArray[np.float64],
+) -> None:
+    """Fill stress in Voigt order ``(6, M, points)`` of a range of elements, MPa.
 
-    `coefficients` ``(M, 1 or points, 2 or 21)`` are constant in each element or not.
+    Or von Mises stress, where the result is ``(1, M, points)``. `coefficients` ``(M, 1 or points,
+    2 or 21)`` are constant in each element or not.
     """
-    k, m = elements.shape
+    k = elements.shape[0]
     points = shapes.shape[0]
-    result = np.zeros((1 if von_mises_only else 6, m, points))
-    step = (m + CHUNKS - 1) // CHUNKS
-    for chunk in prange(CHUNKS):
-        g = np.zeros((4, 3))
-        c = np.zeros((6, 6))
-        local = np.zeros((k, 3))
-        slope = np.zeros((3, 4))
-        eps = np.zeros(6)
-        s = np.zeros(6)
-        for e in range(chunk * step, min(m, (chunk + 1) * step)):
-            _gradients(nodes, elements, e, g)
-            _unpack(coefficients[:, 0], e, 1.0, c)
-            for a in range(k):
-                for x in range(3):
-                    local[a, x] = u[x, elements[a, e]]
-            for q in range(points):
-                if q > 0 and coefficients.shape[1] > 1:
-                    _unpack(coefficients[:, q], e, 1.0, c)
-                _strain_at(local, shapes[q], g, slope, eps)
-                for x in range(3):
-                    eps[x] -= _initial(free, e, q)
+    g = np.zeros((4, 3))
+    c = np.zeros((6, 6))
+    local = np.zeros((k, 3))
+    slope = np.zeros((3, 4))
+    eps = np.zeros(6)
+    s = np.zeros(6)
+    for e in range(low, high):
+        _gradients(nodes, elements, e, g)
+        _unpack(coefficients[e, 0], 1.0, c)
+        for a in range(k):
+            for x in range(3):
+                local[a, x] = u[x, elements[a, e]]
+        for q in range(points):
+            if q > 0 and coefficients.shape[1] > 1:
+                _unpack(coefficients[e, q], 1.0, c)
+            _strain_at(local, shapes[q], g, slope, eps)
+            for x in range(3):
+                eps[x] -= _initial(free, e, q)
+            for x in range(6):
+                s[x] = 0.0
+                for y in range(6):
+                    s[x] += c[x, y] * eps[y]
+            if result.shape[0] == 1:
+                direct = (s[0] - s[1]) ** 2 + (s[1] - s[2]) ** 2 + (s[2] - s[0]) ** 2
+                shear = s[3] ** 2 + s[4] ** 2 + s[5] ** 2
+                result[0, e, q] = np.sqrt(0.5 * direct + 3.0 * shear)
+            else:
                 for x in range(6):
-                    s[x] = 0.0
-                    for y in range(6):
-                        s[x] += c[x, y] * eps[y]
-                if von_mises_only:
-                    direct = (s[0] - s[1]) ** 2 + (s[1] - s[2]) ** 2 + (s[2] - s[0]) ** 2
-                    shear = s[3] ** 2 + s[4] ** 2 + s[5] ** 2
-                    result[0, e, q] = np.sqrt(0.5 * direct + 3.0 * shear)
-                else:
-                    for x in range(6):
-                        result[x, e, q] = s[x]
-    return result
+                    result[x, e, q] = s[x]
 
 
-@njit(fastmath=FAST, cache=True)
+@njit(fastmath=FAST, cache=True, nogil=True)
 def initial_strain_force(
     nodes: NDArray[np.float64],
     elements: NDArray[np.int32],
@@ -120,7 +119,7 @@ def initial_strain_force(
         volume = _gradients(nodes, elements, e, g)
         for q in range(points):
             if q == 0 or coefficients.shape[1] > 1:
-                _unpack(coefficients[:, q], e, volume / points, c)
+                _unpack(coefficients[e, q], volume / points, c)
             xx = c[0, 0] + c[0, 1] + c[0, 2]
             yy = c[1, 0] + c[1, 1] + c[1, 2]
             zz = c[2, 0] + c[2, 1] + c[2, 2]

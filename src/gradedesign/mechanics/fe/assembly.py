@@ -8,17 +8,21 @@ quadratic at most, and the four-point rule integrates that exactly.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import bsr_matrix
 
 from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.errors import ResourceError, SolverError
 from gradedesign.mechanics.fe._assembly_kernels import (
-    block_pattern,
+    count_columns,
     elements_of_nodes,
+    list_columns,
     stiffness_blocks,
     stiffness_blocks_of_moments,
 )
@@ -68,7 +72,12 @@ def assembly_pattern(space: TetSpace) -> AssemblyPattern:
         If the matrix has more blocks than 32-bit indices can count.
     """
     incidence = elements_of_nodes(space.elements, space.node_count)
-    row, column = block_pattern(space.elements, incidence[0], incidence[1])
+    nodes = range(space.node_count)
+    row = np.zeros(space.node_count + 1, np.int64)
+    in_ranges(count_columns, nodes, space.elements, incidence, row)
+    np.cumsum(row, out=row)
+    column = np.zeros(row[-1], np.int32)
+    in_ranges(list_columns, nodes, space.elements, incidence, row, column)
     if 9 * column.size > 8 * np.iinfo(np.int32).max:
         raise ResourceError(
             f"the stiffness of {space.dof_count} unknowns has {column.size} blocks, more than "
@@ -100,27 +109,26 @@ def assemble(pattern: AssemblyPattern, stiffness: Stiffness) -> bsr_matrix:
     space = pattern.space
     _require_matching(space, stiffness)
     if isinstance(stiffness, GaussStiffness | MomentStiffness):
-        blocks = stiffness_blocks_of_moments(
-            space.nodes,
-            space.elements,
-            moment_coefficients(stiffness),
-            shape_derivatives(space.order, barycentric("vertices")),
-            pattern.incidence,
-            pattern.row,
-            pattern.column,
-        )
+        kernel: Callable[..., None] = stiffness_blocks_of_moments
+        coefficients = moment_coefficients(stiffness)
+        tables: Any = shape_derivatives(space.order, barycentric("vertices"))
     else:
-        coefficients = kernel_coefficients(stiffness)[:, 0]
+        coefficients = np.ascontiguousarray(kernel_coefficients(stiffness)[:, 0])
         kernel = isotropic_blocks if coefficients.shape[1] == 2 else stiffness_blocks
-        blocks = kernel(
-            space.nodes,
-            space.elements,
-            coefficients,
-            _stiffness_tables(space.order),
-            pattern.incidence,
-            pattern.row,
-            pattern.column,
-        )
+        tables = _stiffness_tables(space.order)
+    blocks = np.zeros((pattern.column.size, 3, 3))
+    in_ranges(
+        kernel,
+        range(space.node_count),
+        space.nodes,
+        space.elements,
+        coefficients,
+        tables,
+        pattern.incidence,
+        pattern.row,
+        pattern.column,
+        blocks,
+    )
     n = space.dof_count
     return bsr_matrix((blocks, pattern.column, pattern.row), shape=(n, n), copy=False)
 
@@ -156,22 +164,26 @@ def strain_energy_per_element(
     first = _nodal(space, u, "u")
     second = first if v is None else _nodal(space, v, "v")
     if isinstance(stiffness, GaussStiffness | MomentStiffness):
-        return element_energies_of_moments(
-            space.nodes,
-            space.elements,
-            moment_coefficients(stiffness),
-            shape_derivatives(space.order, barycentric("vertices")),
-            first,
-            second,
-        )
-    return element_energies(
+        kernel: Callable[..., None] = element_energies_of_moments
+        coefficients = moment_coefficients(stiffness)
+        shapes = shape_derivatives(space.order, barycentric("vertices"))
+    else:
+        kernel = element_energies
+        coefficients = np.ascontiguousarray(kernel_coefficients(stiffness)[:, 0])
+        shapes = shape_gradients(space.order)
+    energy = np.zeros(space.element_count)
+    in_ranges(
+        kernel,
+        range(space.element_count),
         space.nodes,
         space.elements,
-        kernel_coefficients(stiffness)[:, 0],
-        shape_gradients(space.order),
+        coefficients,
+        shapes,
         first,
         second,
+        energy,
     )
+    return energy
 
 
 def shape_gradients(order: int) -> FloatArray:

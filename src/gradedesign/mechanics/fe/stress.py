@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gradedesign.arrays import FloatArray, read_only
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.errors import SolverError
 from gradedesign.geometry.tets.tet_mesh import signed_volumes
 from gradedesign.mechanics.fe._stress_kernels import stress_at_points
@@ -197,12 +198,17 @@ def _evaluated(
             f"the displacement has shape {displacement.shape}, expected {space.nodes.shape} for "
             "the space"
         )
-    return stress_at_points(
+    shapes = shape_derivatives(space.order, barycentric(at))
+    result = np.zeros((1 if von_mises_only else 6, space.element_count, len(shapes)))
+    in_ranges(
+        stress_at_points,
+        range(space.element_count),
         space.nodes,
         space.elements,
         kernel_coefficients(known_at(stiffness, at)),
-        shape_derivatives(space.order, barycentric(at)),
+        shapes,
         values_at(space, thermal_strain, at),
         read_only(np.asarray(displacement, dtype=np.float64)),
-        von_mises_only,
+        result,
     )
+    return result

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from gradedesign.mechanics.finite_cell._cut_tet_kernels import (
     corners_inside,
@@ -66,12 +66,16 @@ def _add_simplex(p: Any, i: int, j: int, k: int, m: int, sums: Any, sign: float)
         sums[1 + d] += volume * 0.25 * (p[i, d] + p[j, d] + p[k, d] + p[m, d])
 
 
-@njit(parallel=True, cache=True, nogil=True)
-def solid_fractions(samples: Any, blocks: int, share: Any, centre: Any) -> None:
+@njit(cache=True, nogil=True)
+def solid_fractions(
+    low: int, high: int, samples: Any, blocks: int, share: Any, centre: Any
+) -> None:
     """Volume and centroid of the solid in each of ``blocks**3`` parts of every element.
 
     Parameters
     ----------
+    low, high : int
+        Range of elements.
     samples : (n, s+1, s+1, s+1) array
         Field at the corners of the sub-cells, [element, z, y, x]; `blocks` divides s.
     blocks : int
@@ -83,17 +87,20 @@ def solid_fractions(samples: Any, blocks: int, share: Any, centre: Any) -> None:
     s = samples.shape[1] - 1
     h = 1.0 / s
     step = s // blocks
-    for e in prange(samples.shape[0]):
-        f = np.zeros(4)
-        p = np.zeros((4, 3))
-        index = np.zeros((2, 4), np.int64)
-        q = np.zeros((6, 3))
-        sums = np.zeros((blocks, blocks, blocks, 4))
+    f = np.zeros(4)
+    p = np.zeros((4, 3))
+    index = np.zeros((2, 4), np.int64)
+    q = np.zeros((6, 3))
+    sums = np.zeros((blocks**3, 4))
+    for e in range(low, high):
+        for row in range(blocks**3):
+            for d in range(4):
+                sums[row, d] = 0.0
         element = samples[e]
         for k in range(s):
             for j in range(s):
                 for i in range(s):
-                    own = sums[k // step, j // step, i // step]
+                    own = sums[((k // step) * blocks + j // step) * blocks + i // step]
                     inside = corners_inside(element, k, j, i)
                     if inside == 0:
                         continue
@@ -111,7 +118,7 @@ def solid_fractions(samples: Any, blocks: int, share: Any, centre: Any) -> None:
         for k in range(blocks):
             for j in range(blocks):
                 for i in range(blocks):
-                    own = sums[k, j, i]
+                    own = sums[row]
                     share[e, row] = own[0] / 6.0
                     centre[e, row, 0] = (i + 0.5) / blocks
                     centre[e, row, 1] = (j + 0.5) / blocks

@@ -5,18 +5,20 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 
-@njit(parallel=True, cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def assemble_patches(
-    weak: Any, nodes: Any, kind: Any, place: Any, position: Any, size: Any, chosen: Any,
-    row_of: Any, first: Any, near: Any, matrices: Any, out: Any,
+    low: int, high: int, weak: Any, nodes: Any, kind: Any, place: Any, position: Any, size: Any,
+    chosen: Any, row_of: Any, first: Any, near: Any, matrices: Any, out: Any,
 ) -> None:  # fmt: skip
     """Stiffness of the weak nodes of some elements, all elements around them included.
 
     Parameters
     ----------
+    low, high : int
+        Range of `chosen`.
     weak : (N,) bool array
     nodes : (n, 27) int32 array
         Free nodes of the elements.
@@ -37,15 +39,15 @@ def assemble_patches(
     out : (k, w, w) array
         Written: symmetric matrices, unknowns in the order of the element's weak nodes.
     """
-    for r in prange(chosen.size):
+    own = np.zeros(27, np.int64)
+    local = np.zeros(27, np.int64)
+    for r in range(low, high):
         e = chosen[r]
-        own = np.zeros(27, np.int64)
         count = 0
         for a in range(27):
             if weak[nodes[e, a]]:
                 own[count] = nodes[e, a]
                 count += 1
-        local = np.zeros(27, np.int64)
         for i in range(count):
             n = own[i]
             for q in range(first[n], first[n + 1]):
@@ -108,9 +110,10 @@ def colour_patches(nodes: Any, weak: Any, colour: Any) -> None:
                 taken[nodes[e, a]] |= np.int64(1) << k
 
 
-@njit(parallel=True, fastmath=True, cache=True, nogil=True)
+@njit(fastmath=True, cache=True, nogil=True)
 def invert_factors(
-    matrices: Any, free: Any, shift: Any, begin: Any, first: Any, scale: Any, height: Any, rows: Any
+    low: int, high: int, matrices: Any, free: Any, shift: Any, begin: Any, first: Any, scale: Any,
+    height: Any, rows: Any,
 ) -> None:  # fmt: skip
     """Invert the Cholesky factors of symmetric matrices and round them to 8 bits.
 
@@ -119,6 +122,8 @@ def invert_factors(
 
     Parameters
     ----------
+    low, high : int
+        Range of matrices.
     matrices : (k, w, w) array
         Their lower triangles are overwritten.
     free : (k, w) array
@@ -137,10 +142,12 @@ def invert_factors(
         Written: rows of L^-1 up to the diagonal, in their steps.
     """
     width = matrices.shape[1]
-    for p in prange(matrices.shape[0]):
+    s = np.zeros(width)
+    own = np.zeros(width)
+    for p in range(low, high):
         a = matrices[p]
-        s = np.zeros(width)
         for i in range(width):
+            s[i] = 0.0
             if free[p, i] != 0:
                 s[i] = 1.0 / np.sqrt(a[i, i])
         for i in range(width):
@@ -157,7 +164,6 @@ def invert_factors(
                 else:
                     a[i, i] = np.sqrt(total)
         # Row i of L^-1 takes the rows before it, which stand in place of those of L by then.
-        own = np.zeros(width)
         for i in range(width):
             for j in range(i):
                 own[j] = 0.0
@@ -182,50 +188,50 @@ def invert_factors(
             scale[first[p] + i] = s[i]
 
 
-@njit(parallel=True, fastmath=True, cache=True, nogil=True)
+@njit(fastmath=True, cache=True, nogil=True)
 def add_patches(
-    weak: Any, nodes: Any, chosen: Any, colours: Any, begin: Any, first: Any, scale: Any,
+    low: int, high: int, weak: Any, nodes: Any, chosen: Any, begin: Any, first: Any, scale: Any,
     height: Any, rows: Any, part: Any, r: Any, z: Any,
 ) -> None:  # fmt: skip
-    """Add a part of the patch solutions of the residual r to z; both are ``(N, 3)``.
+    """Add a part of the solutions of a range of patches without common nodes.
 
-    The factors are those of `invert_factors`.
+    The residual r and z are ``(N, 3)``, the factors those of `invert_factors`.
     """
-    for c in range(colours.size - 1):
-        for p in prange(colours[c], colours[c + 1]):
-            e = chosen[p]
-            f = np.zeros(81, r.dtype)
-            g = np.zeros(81, r.dtype)
-            local = np.zeros(27, np.int64)
-            size = 0
-            own = first[p]
-            for a in range(27):
-                n = nodes[e, a]
-                if weak[n]:
-                    local[size] = n
-                    for d in range(3):
-                        f[3 * size + d] = scale[own + 3 * size + d] * r[n, d]
-                    size += 1
-            at = begin[p]
-            for i in range(3 * size):
-                # A view: indices that may be negative keep loops from vector instructions.
-                row = rows[at : at + i + 1]
-                total = r.dtype.type(0.0)
-                for j in range(i + 1):
-                    total += r.dtype.type(row[j]) * f[j]
-                total *= height[own + i]
-                for j in range(i + 1):
-                    g[j] += r.dtype.type(row[j]) * total
-                at += i + 1
-            for i in range(size):
+    f = np.zeros(81, r.dtype)
+    g = np.zeros(81, r.dtype)
+    local = np.zeros(27, np.int64)
+    for p in range(low, high):
+        e = chosen[p]
+        size = 0
+        own = first[p]
+        for a in range(27):
+            n = nodes[e, a]
+            if weak[n]:
+                local[size] = n
                 for d in range(3):
-                    z[local[i], d] += part * scale[own + 3 * i + d] * g[3 * i + d]
+                    f[3 * size + d] = scale[own + 3 * size + d] * r[n, d]
+                    g[3 * size + d] = 0
+                size += 1
+        at = begin[p]
+        for i in range(3 * size):
+            # A view: indices that may be negative keep loops from vector instructions.
+            row = rows[at : at + i + 1]
+            total = r.dtype.type(0.0)
+            for j in range(i + 1):
+                total += r.dtype.type(row[j]) * f[j]
+            total *= height[own + i]
+            for j in range(i + 1):
+                g[j] += r.dtype.type(row[j]) * total
+            at += i + 1
+        for i in range(size):
+            for d in range(3):
+                z[local[i], d] += part * scale[own + 3 * i + d] * g[3 * i + d]
 
 
-@njit(parallel=True, fastmath=True, cache=True, nogil=True)
-def block_jacobi(inverse: Any, f: Any, y: Any, r: Any, z: Any) -> None:
-    """Set r = f - y and z = D^-1 r with 3 by 3 blocks."""
-    for i in prange(r.shape[0]):
+@njit(fastmath=True, cache=True, nogil=True)
+def block_jacobi(low: int, high: int, inverse: Any, f: Any, y: Any, r: Any, z: Any) -> None:
+    """Set r = f - y and z = D^-1 r with 3 by 3 blocks, in a range of rows."""
+    for i in range(low, high):
         for c in range(3):
             r[i, c] = f[i, c] - y[i, c]
         for c in range(3):
@@ -236,18 +242,18 @@ def block_jacobi(inverse: Any, f: Any, y: Any, r: Any, z: Any) -> None:
             )
 
 
-@njit(parallel=True, fastmath=True, cache=True, nogil=True)
-def step_along(momentum: Any, step: Any, z: Any, d: Any, x: Any) -> None:
-    """D = momentum d + step z, x += d."""
-    for i in prange(x.shape[0]):
+@njit(fastmath=True, cache=True, nogil=True)
+def step_along(low: int, high: int, momentum: Any, step: Any, z: Any, d: Any, x: Any) -> None:
+    """D = momentum d + step z, x += d, in a range of rows."""
+    for i in range(low, high):
         for c in range(3):
             d[i, c] = momentum * d[i, c] + step * z[i, c]
             x[i, c] += d[i, c]
 
 
-@njit(parallel=True, fastmath=True, cache=True, nogil=True)
-def masked_residual(keep: Any, f: Any, y: Any) -> None:
-    """Set y to keep (f - y)."""
-    for i in prange(y.shape[0]):
+@njit(fastmath=True, cache=True, nogil=True)
+def masked_residual(low: int, high: int, keep: Any, f: Any, y: Any) -> None:
+    """Set y to keep (f - y), in a range of rows."""
+    for i in range(low, high):
         for c in range(3):
             y[i, c] = keep[i, c] * (f[i, c] - y[i, c])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 #: Edges of `TETS` as steps in x, y, z, and how many of the six of a tetrahedron each is on average.
 EDGES = np.array(
@@ -14,8 +14,8 @@ EDGES = np.array(
 EDGES_PER_TET = np.array([1.0, 1.0, 1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 1.0])
 
 
-@njit(parallel=True, cache=True, nogil=True)
-def unbias(f: Any, edges: Any, per_tet: Any, out: Any) -> None:
+@njit(cache=True, nogil=True)
+def unbias(low: int, high: int, f: Any, edges: Any, per_tet: Any, out: Any) -> None:
     """Samples whose linear interpolation has the mean of the field.
 
     On a tetrahedron with edges e the interpolated field is larger than the field by the sum of
@@ -25,6 +25,8 @@ def unbias(f: Any, edges: Any, per_tet: Any, out: Any) -> None:
 
     Parameters
     ----------
+    low, high : int
+        Range in Y.
     f : (n + 2, Y, X) array
         Samples with one layer more on either side.
     edges, per_tet : arrays
@@ -33,7 +35,7 @@ def unbias(f: Any, edges: Any, per_tet: Any, out: Any) -> None:
         Written. The two outermost samples in y and x stay: differences there see the limits of
         the part, which the grid ends at, as an edge of the solid.
     """
-    for j in prange(f.shape[1]):
+    for j in range(low, high):
         for k in range(out.shape[0]):
             for i in range(f.shape[2]):
                 out[k, j, i] = f[k + 1, j, i]
@@ -48,8 +50,10 @@ def unbias(f: Any, edges: Any, per_tet: Any, out: Any) -> None:
                 out[k, j, i] = value - total / 40.0
 
 
-@njit(parallel=True, cache=True, nogil=True)
-def label_components(samples: Any, edges: Any, labels: Any, count: Any) -> None:
+@njit(cache=True, nogil=True)
+def label_components(
+    low: int, high: int, samples: Any, edges: Any, labels: Any, count: Any
+) -> None:
     """Number the connected components of the solid within each element.
 
     Corners inside are connected along the edges of the tetrahedra, so that no tetrahedron belongs
@@ -57,6 +61,8 @@ def label_components(samples: Any, edges: Any, labels: Any, count: Any) -> None:
 
     Parameters
     ----------
+    low, high : int
+        Range of elements.
     samples : (k, s, s, s) array
         Field at the corners of the sub-cells, [element, z, y, x].
     edges : (7, 3) int array
@@ -67,9 +73,12 @@ def label_components(samples: Any, edges: Any, labels: Any, count: Any) -> None:
         Written: number of components.
     """
     side = samples.shape[1]
-    for e in prange(samples.shape[0]):
-        labels[e] = -1
-        stack = np.zeros((side * side * side, 3), np.int8)
+    stack = np.zeros((side * side * side, 3), np.int8)
+    for e in range(low, high):
+        for k in range(side):
+            for j in range(side):
+                for i in range(side):
+                    labels[e, k, j, i] = -1
         components = 0
         for k in range(side):
             for j in range(side):
@@ -97,20 +106,23 @@ def label_components(samples: Any, edges: Any, labels: Any, count: Any) -> None:
         count[e] = components
 
 
-@njit(parallel=True, cache=True, nogil=True)
-def face_masks(samples: Any, masks: Any) -> None:
+@njit(cache=True, nogil=True)
+def face_masks(low: int, high: int, samples: Any, masks: Any) -> None:
     """Corners inside on the six faces of each element, a bit each.
 
     Parameters
     ----------
+    low, high : int
+        Range of elements.
     samples : (k, s, s, s) array
         Field at the corners of the sub-cells, [element, z, y, x].
     masks : (k, 6) int64 array
         Written: of the faces 2 axis + side; bits are alike on faces that two elements share.
     """
     last = samples.shape[1] - 1
-    for e in prange(samples.shape[0]):
-        masks[e] = 0
+    for e in range(low, high):
+        for side in range(6):
+            masks[e, side] = 0
         for b in range(last + 1):
             for a in range(last + 1):
                 bit = 1 << (b * (last + 1) + a)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 
 @njit(cache=True, nogil=True)
@@ -46,15 +46,17 @@ def _stress(
     out[5] = lame[1] * (g[0, 1] + g[1, 0])
 
 
-@njit(parallel=True, cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def stress_in_elements(
-    nodes: Any, u: Any, edges: Any, size: Any, lame: Any, filled: Any, gauss: Any, starts: Any,
-    element: Any, reference: Any, out: Any,
+    low: int, high: int, nodes: Any, u: Any, edges: Any, size: Any, lame: Any, filled: Any,
+    gauss: Any, starts: Any, element: Any, reference: Any, out: Any,
 ) -> None:  # fmt: skip
     """Stress at points; well-filled elements interpolate that of their Gauss points.
 
     Parameters
     ----------
+    low, high : int
+        Range of runs of points.
     nodes : (n, 27) int32 array
     u : (N, 3) array, mm
     edges : (3,) array, mm
@@ -73,16 +75,16 @@ def stress_in_elements(
     out : (6, m) array
         Written: xx, yy, zz, yz, zx, xy.
     """
-    for r in prange(starts.size - 1):
+    own = np.zeros((27, 3))
+    work = np.zeros((6, 3))
+    value = np.zeros(6)
+    corners = np.zeros((8, 6))
+    for r in range(low, high):
         e = element[starts[r]]
-        own = np.zeros((27, 3))
         # The gradient is that over the edges of the grid: a larger element strains less.
         for a in range(27):
             for c in range(3):
                 own[a, c] = u[nodes[e, a], c] / size[e]
-        work = np.zeros((6, 3))
-        value = np.zeros(6)
-        corners = np.zeros((8, 6))
         if filled[e]:
             for k in range(8):
                 _stress(
@@ -91,7 +93,8 @@ def stress_in_elements(
                 )  # fmt: skip
         for q in range(starts[r], starts[r + 1]):
             if filled[e]:
-                value[:] = 0.0
+                for c in range(6):
+                    value[c] = 0.0
                 span = gauss[1] - gauss[0]
                 x = (reference[0, q] - gauss[0]) / span
                 y = (reference[1, q] - gauss[0]) / span
@@ -109,20 +112,20 @@ def stress_in_elements(
                 out[c, q] = value[c]
 
 
-@njit(parallel=True, cache=True, nogil=True)
-def displacement_in_elements(nodes: Any, u: Any, element: Any, reference: Any, out: Any) -> None:
-    """Displacement at points ``(3, m)`` of elements, written to out ``(3, m)``."""
-    chunk = 1024
-    for b in prange((element.size + chunk - 1) // chunk):
-        work = np.zeros((6, 3))
-        for q in range(b * chunk, min((b + 1) * chunk, element.size)):
-            for d in range(3):
-                _quadratic(reference[d, q], work[d], work[3 + d])
-                out[d, q] = 0.0
-            for k in range(3):
-                for j in range(3):
-                    for i in range(3):
-                        w = work[2, k] * work[1, j] * work[0, i]
-                        node = nodes[element[q], 9 * k + 3 * j + i]
-                        for c in range(3):
-                            out[c, q] += w * u[node, c]
+@njit(cache=True, nogil=True)
+def displacement_in_elements(
+    low: int, high: int, nodes: Any, u: Any, element: Any, reference: Any, out: Any
+) -> None:
+    """Displacement at points ``(3, m)`` of elements, written to out ``(3, m)``, of a range."""
+    work = np.zeros((6, 3))
+    for q in range(low, high):
+        for d in range(3):
+            _quadratic(reference[d, q], work[d], work[3 + d])
+            out[d, q] = 0.0
+        for k in range(3):
+            for j in range(3):
+                for i in range(3):
+                    w = work[2, k] * work[1, j] * work[0, i]
+                    node = nodes[element[q], 9 * k + 3 * j + i]
+                    for c in range(3):
+                        out[c, q] += w * u[node, c]

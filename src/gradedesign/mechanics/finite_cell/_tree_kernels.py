@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from gradedesign.mechanics.finite_cell._node_kernels import join, root_of
 
@@ -119,14 +119,17 @@ def coarse_nodes(copy: Any, place: Any, first: Any, element: Any, nodes: Any) ->
     return count
 
 
-@njit(parallel=True, cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def add_children(
-    child: Any, first: Any, slot: Any, keep: Any, nodes: Any, fine: Any, weights: Any, coarse: Any
-) -> None:
+    low: int, high: int, child: Any, first: Any, slot: Any, keep: Any, nodes: Any, fine: Any,
+    weights: Any, coarse: Any,
+) -> None:  # fmt: skip
     """Sum the Galerkin products of the children of every coarse element.
 
     Parameters
     ----------
+    low, high : int
+        Range of coarse elements.
     child, first : int arrays
         Children of every coarse element, and the first of each.
     slot : (n,) int array
@@ -141,13 +144,18 @@ def add_children(
     coarse : (m, 24, 24) float32 array
         Written.
     """
-    for p in prange(coarse.shape[0]):
-        half = np.zeros((24, 24), np.float32)
-        total = np.zeros((24, 24), np.float32)
+    half = np.zeros((24, 24), np.float32)
+    total = np.zeros((24, 24), np.float32)
+    for p in range(low, high):
+        for r in range(24):
+            for j in range(24):
+                total[r, j] = 0
         for q in range(first[p], first[p + 1]):
             e = child[q]
             w = weights[slot[e]]
-            half[:] = 0
+            for r in range(24):
+                for j in range(24):
+                    half[r, j] = 0
             for a in range(8):
                 for i in range(3):
                     s = keep[nodes[e, a], i]
@@ -172,17 +180,14 @@ def add_children(
                 coarse[p, r, j] = total[r, j]
 
 
-@njit(parallel=True, cache=True, nogil=True)
-def block_rows(nodes: Any, matrices: Any, first: Any, element: Any, local: Any) -> tuple[Any, ...]:
-    """Assemble 3 by 3 block rows: row starts, columns, blocks."""
-    m = nodes.shape[1]
-    n = first.size - 1
-    size = np.zeros(n + 1, np.int64)
-    for i in prange(n):
-        columns = np.zeros(8 * 27, np.int32)
+@njit(cache=True, nogil=True)
+def count_columns(low: int, high: int, nodes: Any, first: Any, element: Any, size: Any) -> None:
+    """Set size[i + 1] to the number of nodes that share an element with node i, of a range."""
+    columns = np.zeros(27 * nodes.shape[1], np.int32)
+    for i in range(low, high):
         k = 0
         for q in range(first[i], first[i + 1]):
-            for b in range(m):
+            for b in range(nodes.shape[1]):
                 j = nodes[element[q], b]
                 known = False
                 for z in range(k):
@@ -191,14 +196,23 @@ def block_rows(nodes: Any, matrices: Any, first: Any, element: Any, local: Any) 
                         break
                 if not known:
                     if k == columns.size:
-                        columns = np.concatenate((columns, np.zeros(k, np.int32)))
+                        wider = np.zeros(2 * k, np.int32)
+                        for z in range(k):
+                            wider[z] = columns[z]
+                        columns = wider
                     columns[k] = j
                     k += 1
         size[i + 1] = k
-    row = np.cumsum(size)
-    column = np.full(row[-1], -1, np.int32)
-    blocks = np.zeros((row[-1], 3, 3), np.float32)
-    for i in prange(n):
+
+
+@njit(cache=True, nogil=True)
+def fill_rows(
+    low: int, high: int, nodes: Any, matrices: Any, first: Any, element: Any, local: Any, row: Any,
+    column: Any, blocks: Any,
+) -> None:  # fmt: skip
+    """Add 3 by 3 blocks of element matrices to a range of block rows, and name their columns."""
+    m = nodes.shape[1]
+    for i in range(low, high):
         s = row[i]
         k = 0
         for q in range(first[i], first[i + 1]):
@@ -206,16 +220,14 @@ def block_rows(nodes: Any, matrices: Any, first: Any, element: Any, local: Any) 
             a = local[q]
             for b in range(m):
                 j = nodes[e, b]
-                at = -1
+                at = k
                 for z in range(k):
                     if column[s + z] == j:
                         at = z
                         break
-                if at < 0:
-                    at = k
+                if at == k:
                     column[s + k] = j
                     k += 1
                 for c in range(3):
                     for d in range(3):
                         blocks[s + at, c, d] += matrices[e, 3 * a + c, 3 * b + d]
-    return row.astype(np.int32), column, blocks

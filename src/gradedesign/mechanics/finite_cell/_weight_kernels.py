@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from gradedesign.mechanics.finite_cell._cut_tet_kernels import (
     corners_inside,
@@ -36,7 +36,8 @@ RULE = np.array(
         [_G, _E, _F, 0.082851075618374], [_G, _F, _E, 0.082851075618374],
     ]
 )  # fmt: skip
-#: Points whose polynomials and sums are taken side by side, in vector instructions.
+#: Points whose polynomials and sums are taken side by side, in vector instructions: those of eight
+#: triangles. Chosen, not measured.
 POINTS = 96
 
 
@@ -83,6 +84,14 @@ def _add_points(points: Any, values: Any, integrals: Any, work: Any, flat: Any, 
 
 
 @njit(cache=True, nogil=True)
+def _no_points(points: Any) -> int:
+    """Take the weight off all points ``(4, POINTS)``; returns how many wait, none."""
+    for v in range(POINTS):
+        points[3, v] = 0.0
+    return 0
+
+
+@njit(cache=True, nogil=True)
 def _add_triangle(
     corners: Any, factor: float, rule: Any, values: Any, integrals: Any, count: int, points: Any,
     work: Any, flat: Any, out: Any,
@@ -94,8 +103,7 @@ def _add_triangle(
     """
     if count + rule.shape[0] > POINTS:
         _add_points(points, values, integrals, work, flat, out)
-        points[3] = 0.0
-        count = 0
+        count = _no_points(points)
     for r in range(rule.shape[0]):
         a, b, c = rule[r, 0], rule[r, 1], rule[r, 2]
         for d in range(3):
@@ -159,15 +167,14 @@ def _cut_tet(f: Any, p: Any, index: Any, cut: Any, triangles: Any) -> int:
 @njit(cache=True, nogil=True)
 def _add_far_face(
     f: Any, rule: Any, values: Any, integrals: Any, count: int, points: Any, work: Any, flat: Any,
-    corners: Any, out: Any,
+    corners: Any, poly: Any, out: Any,
 ) -> int:  # fmt: skip
     """Add the integral over the solid part of the face x = 1; f is ``(s+1, s+1)``, [z, y].
 
-    Counts waiting points as `_add_triangle` does.
+    Counts waiting points as `_add_triangle` does; `poly` ``(4, 2)`` is scratch.
     """
     s = f.shape[0] - 1
     h = 1.0 / s
-    poly = np.zeros((4, 2))
     for k in range(s):
         for j in range(s):
             for half in range(2):
@@ -204,12 +211,16 @@ def _add_far_face(
     return count
 
 
-@njit(parallel=True, cache=True, nogil=True)
-def fitted_weights(samples: Any, rule: Any, values: Any, integrals: Any, weights: Any) -> None:
+@njit(cache=True, nogil=True)
+def fitted_weights(
+    low: int, high: int, samples: Any, rule: Any, values: Any, integrals: Any, weights: Any
+) -> None:
     """Integrals of the Lagrange polynomials of the Gauss points over the solid of each element.
 
     Parameters
     ----------
+    low, high : int
+        Range of elements.
     samples : (n, s+1, s+1, s+1) array
         Field at the corners of the sub-cells, [element, z, y, x].
     rule : (r, 4) array
@@ -220,18 +231,22 @@ def fitted_weights(samples: Any, rule: Any, values: Any, integrals: Any, weights
     """
     s = samples.shape[1] - 1
     h = 1.0 / s
-    for e in prange(samples.shape[0]):
-        out = np.zeros((25, 5))
-        points = np.zeros((4, POINTS))
-        work = np.zeros((3, 5, POINTS))
-        flat = np.zeros(POINTS)
-        count = 0
-        corners = np.zeros((3, 3))
-        f = np.zeros(4)
-        p = np.zeros((4, 3))
-        triangles = np.zeros((2, 3, 3))
-        index = np.zeros((4, 4), np.int64)
-        cut = np.zeros((4, 3))
+    out = np.zeros((25, 5))
+    points = np.zeros((4, POINTS))
+    work = np.zeros((3, 5, POINTS))
+    flat = np.zeros(POINTS)
+    corners = np.zeros((3, 3))
+    poly = np.zeros((4, 2))
+    f = np.zeros(4)
+    p = np.zeros((4, 3))
+    triangles = np.zeros((2, 3, 3))
+    index = np.zeros((4, 4), np.int64)
+    cut = np.zeros((4, 3))
+    for e in range(low, high):
+        for k in range(25):
+            for i in range(5):
+                out[k, i] = 0.0
+        count = _no_points(points)
         own = samples[e]
         for k in range(s):
             for j in range(s):
@@ -251,7 +266,7 @@ def fitted_weights(samples: Any, rule: Any, values: Any, integrals: Any, weights
                                     flat, out,
                                 )  # fmt: skip
         _add_far_face(
-            own[:, :, s], rule, values, integrals, count, points, work, flat, corners, out
+            own[:, :, s], rule, values, integrals, count, points, work, flat, corners, poly, out
         )
         _add_points(points, values, integrals, work, flat, out)
         for k in range(25):

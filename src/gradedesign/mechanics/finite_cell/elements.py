@@ -20,6 +20,7 @@ from scipy import ndimage
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.common.system.progress import report_step
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.errors import LatticeError
 from gradedesign.mechanics.finite_cell._fraction_kernels import solid_fractions
 from gradedesign.mechanics.finite_cell._sample_kernels import EDGES, face_masks, label_components
@@ -240,10 +241,10 @@ def _collect(
     share = np.zeros((len(cut_order), BLOCKS**3), np.float32)
     centre = np.zeros((len(cut_order), BLOCKS**3, 3), np.float32)
     report_step("solid volume of cut elements")
-    solid_fractions(samples, BLOCKS, share, centre)
+    in_ranges(solid_fractions, range(len(samples)), samples, BLOCKS, share, centre)
     whole = len(whole_order)
     faces = np.full((whole + len(cut_order), 6), (1 << samples.shape[1] ** 2) - 1)
-    face_masks(samples, faces[whole:])
+    in_ranges(face_masks, range(len(samples)), samples, faces[whole:])
     return Elements(
         grid=grid,
         position=np.ascontiguousarray(
@@ -276,7 +277,8 @@ def _integrated(
     for first in range(0, len(cut), CHUNK):
         report_step(f"quadrature of {len(cut)} cut elements", first / len(cut))
         part = slice(first, first + CHUNK)
-        fitted_weights(samples[part], RULE, values, integrals, weights[part])
+        own = samples[part]
+        in_ranges(fitted_weights, range(len(own)), own, RULE, values, integrals, weights[part])
     fill = weights.sum(axis=1)
     full = fill >= 1.0 - WHOLE
     whole = np.concatenate([whole, cut[full]])
@@ -308,7 +310,7 @@ def _by_component(
     """Places, numbers within a brick and samples of elements of one component each."""
     labels = np.zeros(samples.shape, np.int8)
     count = np.zeros(len(cut), np.int64)
-    label_components(samples, EDGES, labels, count)
+    in_ranges(label_components, range(len(cut)), samples, EDGES, labels, count)
     several = np.flatnonzero(count > 1)
     parts, numbers = [], []
     for k in range(1, int(count.max(initial=1))):

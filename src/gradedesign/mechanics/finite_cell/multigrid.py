@@ -18,6 +18,7 @@ from scipy.sparse import csr_matrix
 
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.common.system.progress import report_step
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.mechanics.fe.multigrid import Hierarchy, preconditioner
 from gradedesign.mechanics.finite_cell import _patch_kernels as kernels
 from gradedesign.mechanics.finite_cell.basis import (
@@ -31,7 +32,13 @@ from gradedesign.mechanics.finite_cell.basis import (
 from gradedesign.mechanics.finite_cell.elements import Elements, soft_weights
 from gradedesign.mechanics.finite_cell.hanging import FreeNodes, free_corners, free_nodes
 from gradedesign.mechanics.finite_cell.operator import Operator, apply, single
-from gradedesign.mechanics.finite_cell.patches import OVERLAP, Patches, build_patches, free_matrices
+from gradedesign.mechanics.finite_cell.patches import (
+    OVERLAP,
+    Patches,
+    add_patches,
+    build_patches,
+    free_matrices,
+)
 from gradedesign.mechanics.finite_cell.space import BrickSpace, linear_space
 from gradedesign.mechanics.finite_cell.tree import (
     CORNERS,
@@ -53,6 +60,8 @@ CHUNK = 4096
 #: Elements with hanging nodes whose matrices are made at once: these have 81 unknowns. Chosen, not
 #: measured.
 HANGING_CHUNK = 512
+#: Rows of a vector that are worth a thread: 0.1 ms of memory. Chosen, not measured.
+ROWS_A_THREAD = 16384
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -167,7 +176,7 @@ def cycle(levels: Preconditioner) -> Callable[[FloatArray, FloatArray], None]:
         y[:] = 0.0
         _smooth(levels, x, f, y, d, r, z, from_zero=True)
         apply(levels.operator, x, y)
-        kernels.masked_residual(levels.keep, f, y)
+        in_ranges(kernels.masked_residual, _rows(y), levels.keep, f, y)
         product(levels.restrict, y.reshape(1, -1), levels.coarse_keep, 0.0, g)
         correction = coarse(g.astype(np.float64)).astype(np.float32)
         product(levels.prolong, correction, levels.keep.ravel(), 1.0, x.reshape(1, -1))
@@ -203,7 +212,7 @@ def _smooth(
             momentum, step = new * rho, 2.0 * new / half
             rho = new
         _relaxed(levels.inverse, levels.patches, f, y, r, z)
-        kernels.step_along(np.float32(momentum), np.float32(step), z, d, x)
+        in_ranges(kernels.step_along, _rows(x), np.float32(momentum), np.float32(step), z, d, x)
 
 
 def _relaxed(
@@ -215,12 +224,14 @@ def _relaxed(
     z: NDArray[np.float32],
 ) -> None:
     """Set z to the correction of the diagonal blocks and the patches for f - y."""
-    kernels.block_jacobi(inverse, f, y, r, z)
+    in_ranges(kernels.block_jacobi, _rows(r), inverse, f, y, r, z)
     if patches is not None:
-        kernels.add_patches(
-            patches.weak, patches.nodes, patches.chosen, patches.colours, patches.begin,
-            patches.first, patches.scale, patches.height, patches.rows, np.float32(OVERLAP), r, z,
-        )  # fmt: skip
+        add_patches(patches, np.float32(OVERLAP), r, z)
+
+
+def _rows(x: NDArray[np.float32]) -> range:
+    """Rows of a vector ``(N, 3)``, in as many as are worth a thread."""
+    return range(0, len(x), ROWS_A_THREAD)
 
 
 def _largest(

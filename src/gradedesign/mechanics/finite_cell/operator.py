@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.mechanics.finite_cell import _operator_kernels as kernels
 from gradedesign.mechanics.finite_cell.basis import CUT_POINTS, WHOLE_POINTS, gauss_weights, line
 from gradedesign.mechanics.finite_cell.elements import Elements
@@ -141,11 +143,18 @@ def apply(operator: Operator, u: NDArray[Any], y: NDArray[Any]) -> None:
     """
     fill_hanging(operator.hanging, u)
     y[:] = 0.0
-    for group in operator.groups:
-        kernels.add_product(operator.nodes, operator.size, *group, operator.lame, u, y)
+    for colours, *group in operator.groups:
+        for low, high in pairwise(colours.tolist()):
+            in_ranges(
+                kernels.add_product, range(low, high, kernels.LANES), operator.nodes,
+                operator.size, *group, operator.lame, u, y,
+            )  # fmt: skip
     s = operator.springs
     if s is not None:
-        kernels.add_dense(operator.nodes, s.element, s.colours, s.blocks, u, y)
+        for low, high in pairwise(s.colours.tolist()):
+            in_ranges(
+                kernels.add_dense, range(low, high), operator.nodes, s.element, s.blocks, u, y
+            )
     gather_hanging(operator.hanging, y)
 
 

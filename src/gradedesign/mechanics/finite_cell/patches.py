@@ -11,11 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.mechanics.finite_cell import _patch_kernels as kernels
 from gradedesign.mechanics.finite_cell.basis import (
     CUT_POINTS,
@@ -125,19 +127,33 @@ def build_patches(
         for size in np.unique(counts[rows]).tolist():
             own = rows[counts[rows] == size]
             packed = np.zeros((len(own), 3 * size, 3 * size))
-            kernels.assemble_patches(
-                weak, free.nodes, free.kind, space.place, elements.position, elements.size,
-                chosen[own], row_of, start, near, matrices, packed,
+            in_ranges(
+                kernels.assemble_patches, range(len(own)), weak, free.nodes, free.kind,
+                space.place, elements.position, elements.size, chosen[own], row_of, start, near,
+                matrices, packed,
             )  # fmt: skip
             nodes = free.nodes[chosen[own]]
             unknowns = keep[nodes[weak[nodes]]].reshape(len(own), 3 * size)
-            kernels.invert_factors(
-                packed, unknowns, SHIFT, begin[own], first[own], scale, height, entries
-            )
+            in_ranges(
+                kernels.invert_factors, range(len(own)), packed, unknowns, SHIFT, begin[own],
+                first[own], scale, height, entries,
+            )  # fmt: skip
     return Patches(
         nodes=free.nodes, weak=weak, chosen=chosen, colours=colours, begin=begin, first=first,
         scale=scale, height=height, rows=entries,
     )  # fmt: skip
+
+
+def add_patches(
+    patches: Patches, part: np.float32, r: NDArray[np.float32], z: NDArray[np.float32]
+) -> None:
+    """Add a part of the solutions of the patches for the residual r to z; both are ``(N, 3)``."""
+    p = patches
+    for low, high in pairwise(p.colours.tolist()):
+        in_ranges(
+            kernels.add_patches, range(low, high), p.weak, p.nodes, p.chosen, p.begin, p.first,
+            p.scale, p.height, p.rows, part, r, z,
+        )  # fmt: skip
 
 
 def _weak_nodes(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.arrays import FloatArray
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.mechanics.finite_cell import _stress_kernels as kernels
 from gradedesign.mechanics.finite_cell.basis import gauss_places
 from gradedesign.mechanics.finite_cell.elements import Elements, solid_fraction
@@ -54,7 +55,10 @@ def recovered_stress(
     m = at.volume.size
     changes = np.flatnonzero(np.diff(at.element)) + 1
     values = np.zeros((6, m))
-    kernels.stress_in_elements(
+    starts = np.concatenate([[0], changes, [m]]) if m else np.zeros(1, np.int64)
+    in_ranges(
+        kernels.stress_in_elements,
+        range(starts.size - 1),
         space.nodes,
         u,
         elements.grid.edges,
@@ -62,7 +66,7 @@ def recovered_stress(
         np.array([*lame, thermal_strain]),
         solid_fraction(elements) >= WELL_FILLED,
         gauss_places(BARLOW)[0, :BARLOW],
-        np.concatenate([[0], changes, [m]]) if m else np.zeros(1, np.int64),
+        starts,
         at.element,
         np.ascontiguousarray(at.reference),
         values,

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from gradedesign.arrays import BoolArray, Field, FloatArray
 from gradedesign.common.system.progress import report_step
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.errors import LatticeError
 from gradedesign.mechanics.finite_cell import _sample_kernels as kernels
 from gradedesign.mechanics.finite_cell.grid import Grid
@@ -55,7 +56,7 @@ def classify(
         raw[3 : 3 + z[ahead].size] = _sample(
             field, x, y, z[ahead], _around(chosen_bricks, k, subcells)
         )
-        kernels.unbias(raw, kernels.EDGES, kernels.EDGES_PER_TET, layer)
+        in_ranges(kernels.unbias, range(y.size), raw, kernels.EDGES, kernels.EDGES_PER_TET, layer)
         if k == 0:
             layer[:2] = raw[1:3]
         if k == grid.shape[2] - 1:

@@ -21,6 +21,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.mechanics.finite_cell import _stress_kernels as kernels
 from gradedesign.mechanics.finite_cell.basis import gauss_places
 from gradedesign.mechanics.finite_cell.elements import Elements
@@ -237,7 +238,9 @@ def _raw_stress(
     changes = np.flatnonzero(np.diff(element)) + 1
     starts = np.concatenate([[0], changes, [element.size]]) if element.size else np.zeros(1, int)
     values = np.zeros((6, element.size))
-    kernels.stress_in_elements(
+    in_ranges(
+        kernels.stress_in_elements,
+        range(starts.size - 1),
         space.nodes,
         u,
         elements.grid.edges,

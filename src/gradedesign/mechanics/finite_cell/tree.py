@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.sparse import bsr_matrix, csr_matrix
 
 from gradedesign.arrays import FloatArray
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.mechanics.fe.multigrid import Hierarchy, Level, factorised
 from gradedesign.mechanics.finite_cell import _tree_kernels as kernels
 from gradedesign.mechanics.solver.block_rows import BlockRows, inverted_diagonal, largest_eigenvalue
@@ -60,7 +61,7 @@ def tree_hierarchy(
     while True:
         nodes = np.ascontiguousarray(nodes)
         first, element, local = kernels.elements_of_nodes(nodes, len(keep))
-        row, column, blocks = kernels.block_rows(nodes, matrices, first, element, local)
+        row, column, blocks = _block_rows(nodes, matrices, first, element, local)
         n = len(keep)
         matrix = bsr_matrix((blocks, column, row), shape=(3 * n, 3 * n))
         flat = keep.ravel()
@@ -76,7 +77,10 @@ def tree_hierarchy(
         child = np.argsort(copy, kind="stable")
         starts = np.concatenate([[0], np.cumsum(np.bincount(copy, minlength=count))])
         coarse = np.zeros((count, 24, 24), np.float32)
-        kernels.add_children(child, starts, slot, keep, nodes, matrices, weights, coarse)
+        in_ranges(
+            kernels.add_children, range(count), child, starts, slot, keep, nodes, matrices,
+            weights, coarse,
+        )  # fmt: skip
         matrices = coarse
         prolong = _prolongation(nodes, coarse_nodes, slot, copy, weights, (n, coarse_count))
         coarse_keep = _coarse_keep(prolong, keep)
@@ -88,6 +92,26 @@ def tree_hierarchy(
         coarsest=factorised(matrix.astype(np.float64), flat.astype(np.float64)),
         sizes=(*(lv.smoother.keep.size for lv in levels), flat.size),
     )
+
+
+def _block_rows(
+    nodes: NDArray[np.int32],
+    matrices: NDArray[np.float32],
+    first: NDArray[np.int64],
+    element: NDArray[np.int32],
+    local: NDArray[np.int8],
+) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float32]]:
+    """Assemble 3 by 3 block rows: row starts, columns, blocks."""
+    n = first.size - 1
+    size = np.zeros(n + 1, np.int64)
+    in_ranges(kernels.count_columns, range(n), nodes, first, element, size)
+    row = np.cumsum(size)
+    column = np.zeros(row[-1], np.int32)
+    blocks = np.zeros((row[-1], 3, 3), np.float32)
+    in_ranges(
+        kernels.fill_rows, range(n), nodes, matrices, first, element, local, row, column, blocks
+    )
+    return row.astype(np.int32), column, blocks
 
 
 def _parents(position: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:

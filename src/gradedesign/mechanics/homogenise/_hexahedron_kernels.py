@@ -10,23 +10,25 @@ Modes are numbered by their factors: x counts 4, y counts 2, z counts 1. So are 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from gradedesign.arrays import FloatArray, IntArray
 
-#: Slots of a buffer that is worked on at once, and its row length.
+#: Slots of a buffer that is worked on at once, and its row length, a multiple of the lanes of
+#: vector instructions. Chosen, not measured.
 SLOTS = 136
 ROW = 144
 #: Starts of the rows of a buffer. Unsigned: a signed index may count from the end of an array,
 #: which keeps a loop from becoming vector instructions.
 R = tuple(np.uint64(k * ROW) for k in range(24))
-#: Slabs of planes. Fixed, so that sums do not depend on the number of threads.
+#: Slabs of planes. Fixed, so that sums do not depend on the number of threads. Chosen, not
+#: measured.
 SLABS = 16
 #: No reordering of sums: there are none to reorder, and results stay reproducible.
 FAST = {"contract"}
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _forward(a0, a1, a2, a3, a4, a5, a6, a7):  # type: ignore[no-untyped-def]
     """Corner values to eight times the mode amplitudes."""
     b0, b1, b2, b3 = a0 + a1, a1 - a0, a2 + a3, a3 - a2
@@ -36,7 +38,7 @@ def _forward(a0, a1, a2, a3, a4, a5, a6, a7):  # type: ignore[no-untyped-def]
     return c1 + c5, c2 + c6, c3 + c7, c4 - c0, c5 - c1, c6 - c2, c7 - c3
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _backward(c1, c2, c3, c4, c5, c6, c7):  # type: ignore[no-untyped-def]
     """Transpose of `_forward`: mode forces to corner forces."""
     a0, a4 = -c4, c4
@@ -48,7 +50,7 @@ def _backward(c1, c2, c3, c4, c5, c6, c7):  # type: ignore[no-untyped-def]
     return b0 - b1, b0 + b1, b2 - b3, b2 + b3, b4 - b5, b4 + b5, b6 - b7, b6 + b7
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, nogil=True)
 def _forces(load: FloatArray, fill: FloatArray, lam: float, mu: float, out: FloatArray):  # type: ignore[no-untyped-def]
     """Corner forces of a row of voxels.
 
@@ -103,7 +105,7 @@ def _forces(load: FloatArray, fill: FloatArray, lam: float, mu: float, out: Floa
         out[R[20] + i], out[R[21] + i], out[R[22] + i], out[R[23] + i] = f4, f5, f6, f7
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _gather(u: FloatArray, ix: int, jx: int, iy: int, iz: int, n: int, at: int, load: FloatArray):  # type: ignore[no-untyped-def]
     """Copy the ``n + 1`` nodes along z of the four rows around a run of voxels."""
     ny, nz = u.shape[2], u.shape[3]
@@ -120,7 +122,7 @@ def _gather(u: FloatArray, ix: int, jx: int, iy: int, iz: int, n: int, at: int, 
             load[start + length] = row[last]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _scatter(out: FloatArray, at: int, n: int, plane: FloatArray, side: int, iy: int, iz: int):  # type: ignore[no-untyped-def]
     """Add the corner forces of a run of voxels to the plane ``(3, ny, nz)`` on one side of it."""
     ny, nz = plane.shape[1], plane.shape[2]
@@ -139,54 +141,10 @@ def _scatter(out: FloatArray, at: int, n: int, plane: FloatArray, side: int, iy:
             row[last] += out[far + inner]
 
 
-@njit(cache=True)
-def _slab(u, fill, first, runs, lam, mu, x0, x1, y, seam):  # type: ignore[no-untyped-def]
-    """Product for the voxels of planes x0 to x1; `seam` ``(3, ny, nz)`` is what plane x1 gets."""
-    nx, ny, nz = fill.shape
-    load = np.zeros(12 * ROW)
-    out = np.zeros(24 * ROW)
-    modulus = np.zeros(ROW)
-    place = np.zeros((SLOTS, 4), dtype=np.int64)
-    lower = np.zeros((3, ny, nz))
-    upper = np.zeros((3, ny, nz))
-    for ix in range(x0, x1):
-        jx = ix + 1 if ix + 1 < nx else 0
-        q, end, iy = first[ix * ny], first[(ix + 1) * ny], 0
-        while q < end:
-            used, pieces = 0, 0
-            modulus[:] = 0.0
-            while q < end and used + runs[q, 1] <= SLOTS:
-                while q >= first[ix * ny + iy + 1]:
-                    iy += 1
-                iz, n = runs[q, 0], runs[q, 1]
-                _gather(u, ix, jx, iy, iz, n, used, load)
-                for i in range(n):
-                    modulus[used + i] = fill[ix, iy, iz + i]
-                # The slot after a run joins nodes that are no neighbours; its modulus stays zero.
-                place[pieces, 0], place[pieces, 1] = used, n
-                place[pieces, 2], place[pieces, 3] = iy, iz
-                used += n + 1
-                pieces += 1
-                q += 1
-            _forces(load, modulus, lam, mu, out)
-            for s in range(pieces):
-                at, n, row, iz = place[s, 0], place[s, 1], place[s, 2], place[s, 3]
-                for side in range(2):
-                    _scatter(out, at, n, lower if side == 0 else upper, side, row, iz)
-        for c in range(3):
-            for iy in range(ny):
-                for iz in range(nz):
-                    y[c, ix, iy, iz] = lower[c, iy, iz]
-        lower, upper = upper, lower
-        upper[:] = 0.0
-    for c in range(3):
-        for iy in range(ny):
-            for iz in range(nz):
-                seam[c, iy, iz] = lower[c, iy, iz]
-
-
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True)
 def stiffness_product(
+    low: int,
+    high: int,
     u: FloatArray,
     fill: FloatArray,
     first: IntArray,
@@ -196,10 +154,11 @@ def stiffness_product(
     y: FloatArray,
     seam: FloatArray,
 ) -> None:
-    """Set ``y = K u`` for voxels of edge 1 and Young's modulus ``fill``.
+    """Set ``y = K u`` for voxels of edge 1 and Young's modulus ``fill``, in a range of slabs.
 
     Parameters
     ----------
+    low, high : int
     u : (3, nx, ny, nz) array
         Displacement of the nodes, periodic.
     fill : (nx, ny, nz) array
@@ -211,22 +170,56 @@ def stiffness_product(
         Lame's constants at unit Young's modulus.
     y : (3, nx, ny, nz) array, overwritten
     seam : (SLABS, 3, ny, nz) array, overwritten
-        Forces on the first plane of the next slab.
+        Forces on the first plane of the next slab, not yet added there.
     """
-    nx = fill.shape[0]
-    for t in prange(SLABS):
-        _slab(u, fill, first, runs, lam, mu, t * nx // SLABS, (t + 1) * nx // SLABS, y, seam[t])
-    for t in range(SLABS):
-        x1 = (t + 1) * nx // SLABS
-        if x1 > t * nx // SLABS:
-            jx = x1 if x1 < nx else 0
+    nx, ny, nz = fill.shape
+    load = np.zeros(12 * ROW)
+    out = np.zeros(24 * ROW)
+    modulus = np.zeros(ROW)
+    place = np.zeros((SLOTS, 4), dtype=np.int64)
+    lower = np.zeros((3, ny, nz))
+    upper = np.zeros((3, ny, nz))
+    for t in range(low, high):
+        for ix in range(t * nx // SLABS, (t + 1) * nx // SLABS):
+            jx = ix + 1 if ix + 1 < nx else 0
+            q, end, iy = first[ix * ny], first[(ix + 1) * ny], 0
+            while q < end:
+                used, pieces = 0, 0
+                for i in range(ROW):
+                    modulus[i] = 0.0
+                while q < end and used + runs[q, 1] <= SLOTS:
+                    while q >= first[ix * ny + iy + 1]:
+                        iy += 1
+                    iz, n = runs[q, 0], runs[q, 1]
+                    _gather(u, ix, jx, iy, iz, n, used, load)
+                    for i in range(n):
+                        modulus[used + i] = fill[ix, iy, iz + i]
+                    # The slot after a run joins nodes that are no neighbours; its modulus stays
+                    # zero.
+                    place[pieces, 0], place[pieces, 1] = used, n
+                    place[pieces, 2], place[pieces, 3] = iy, iz
+                    used += n + 1
+                    pieces += 1
+                    q += 1
+                _forces(load, modulus, lam, mu, out)
+                for s in range(pieces):
+                    at, n, row, iz = place[s, 0], place[s, 1], place[s, 2], place[s, 3]
+                    for side in range(2):
+                        _scatter(out, at, n, lower if side == 0 else upper, side, row, iz)
             for c in range(3):
-                for iy in range(fill.shape[1]):
-                    for iz in range(fill.shape[2]):
-                        y[c, jx, iy, iz] += seam[t, c, iy, iz]
+                for iy in range(ny):
+                    for iz in range(nz):
+                        y[c, ix, iy, iz] = lower[c, iy, iz]
+                        lower[c, iy, iz] = 0.0
+            lower, upper = upper, lower
+        for c in range(3):
+            for iy in range(ny):
+                for iz in range(nz):
+                    seam[t, c, iy, iz] = lower[c, iy, iz]
+                    lower[c, iy, iz] = 0.0
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def solid_runs(fill: FloatArray, first: IntArray, runs: IntArray) -> int:
     """Runs of solid voxels along z, cut to SLOTS; fills `first` and, where long enough, `runs`."""
     nx, ny, nz = fill.shape
@@ -250,12 +243,16 @@ def solid_runs(fill: FloatArray, first: IntArray, runs: IntArray) -> int:
     return count
 
 
-@njit(cache=True, parallel=True)
-def centre_strain(u: FloatArray, voxel: IntArray, macro: FloatArray, strain: FloatArray) -> None:
+@njit(cache=True, nogil=True)
+def centre_strain(
+    low: int, high: int, u: FloatArray, voxel: IntArray, macro: FloatArray, strain: FloatArray
+) -> None:
     """Strain at the centres of voxels: macroscopic plus that of the periodic displacement.
 
     Parameters
     ----------
+    low, high : int
+        Range of `voxel`.
     u : (3, nx, ny, nz) array
     voxel : (n,) int64 array
         Flat numbers of the voxels.
@@ -264,10 +261,10 @@ def centre_strain(u: FloatArray, voxel: IntArray, macro: FloatArray, strain: Flo
     strain : (6, n) array, overwritten
     """
     nx, ny, nz = u.shape[1], u.shape[2], u.shape[3]
-    for i in prange(voxel.size):
+    gradient = np.zeros((3, 3))
+    for i in range(low, high):
         ix, iy, iz = voxel[i] // (ny * nz), (voxel[i] // nz) % ny, voxel[i] % nz
         jx, jy, jz = (ix + 1) % nx, (iy + 1) % ny, (iz + 1) % nz
-        gradient = np.zeros((3, 3))
         for c in range(3):
             z1, y1, _, x1, _, _, _ = _forward(
                 u[c, ix, iy, iz], u[c, ix, iy, jz], u[c, ix, jy, iz], u[c, ix, jy, jz],

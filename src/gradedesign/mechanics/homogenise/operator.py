@@ -13,8 +13,9 @@ from numba import get_num_threads, set_num_threads
 from numpy.typing import NDArray
 
 from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.errors import SolverError
-from gradedesign.mechanics.homogenise._gradient_kernels import invert_blocks
+from gradedesign.mechanics.homogenise._gradient_kernels import PIECES, invert_blocks
 from gradedesign.mechanics.homogenise._hexahedron_kernels import (
     SLABS,
     solid_runs,
@@ -50,7 +51,15 @@ class VoxelOperator:
     def product(self, u: FloatArray, y: FloatArray) -> None:
         """Set ``y = K u`` for nodal values ``(3, nx, ny, nz)``."""
         lam, mu = lame(self.poissons_ratio)
-        stiffness_product(u, self.fill, self.first, self.runs, lam, mu, y, self.seam)
+        in_ranges(
+            stiffness_product, range(SLABS), u, self.fill, self.first, self.runs, lam, mu, y,
+            self.seam,
+        )  # fmt: skip
+        nx = len(self.fill)
+        for t, seam in enumerate(self.seam):
+            end = (t + 1) * nx // SLABS
+            if end > t * nx // SLABS:
+                y[:, end % nx] += seam
 
 
 class GridOperator(Protocol):
@@ -213,12 +222,12 @@ def precondition(
     """
     if phase is not None:
         turned = scipy.fft.fftn(rough * phase, axes=(1, 2, 3), workers=get_num_threads())
-        invert_blocks(turned.reshape(3, -1), inverse)
+        in_ranges(invert_blocks, range(PIECES), turned.reshape(3, -1), inverse)
         back = scipy.fft.ifftn(turned, axes=(1, 2, 3), workers=get_num_threads(), overwrite_x=True)
         real: NDArray[np.floating[Any]] = (back * phase.conj()).real
         return np.ascontiguousarray(real)
     spectrum = scipy.fft.rfftn(rough, axes=(1, 2, 3), workers=get_num_threads())
-    invert_blocks(spectrum.reshape(3, -1), inverse)
+    in_ranges(invert_blocks, range(PIECES), spectrum.reshape(3, -1), inverse)
     result: NDArray[np.floating[Any]] = scipy.fft.irfftn(
         spectrum, s=rough.shape[1:], axes=(1, 2, 3), workers=get_num_threads(), overwrite_x=True
     )

@@ -10,8 +10,16 @@ from numpy.typing import NDArray
 
 from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.common.system.progress import report_step
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.errors import SolverError
-from gradedesign.mechanics.homogenise._gradient_kernels import advance, dot, scaled_dot, turn
+from gradedesign.mechanics.homogenise._gradient_kernels import (
+    PIECES,
+    advance,
+    dot,
+    scaled_dot,
+    summed,
+    turn,
+)
 from gradedesign.mechanics.homogenise.constants import solid_stiffness
 from gradedesign.mechanics.homogenise.islands import connected_fill
 from gradedesign.mechanics.homogenise.operator import (
@@ -205,7 +213,7 @@ def conjugate_gradients(
     """
     scale = node_scale(operator.fill).ravel()
     r = (-load).reshape(3, -1)
-    size = np.sqrt(dot(r.ravel(), r.ravel()))
+    size = np.sqrt(summed(dot, r.ravel(), r.ravel()))
     if size <= 1e-12 * np.sqrt(load.size):
         return 0, 0.0
     rough = (r * scale).astype(np.float32)
@@ -213,17 +221,18 @@ def conjugate_gradients(
     before = np.inf
     for iteration in range(1, max_iterations + 1):
         z = precondition(rough.reshape(load.shape), inverse, phase).reshape(3, -1)
-        now = scaled_dot(r, z, scale)
-        turn(p.reshape(3, -1), z, scale, now / before)
+        now = summed(scaled_dot, r, z, scale)
+        in_ranges(turn, range(PIECES), p.reshape(3, -1), z, scale, now / before)
         before = now
         operator.product(p, y)
-        curvature = dot(p.ravel(), y.ravel())
+        curvature = summed(dot, p.ravel(), y.ravel())
         if not (np.isfinite(curvature) and curvature > 0):
             raise SolverError(
                 f"the stiffness of the voxels is not positive in load case {case} "
                 f"(energy {curvature:g}); this should not happen for a fill between 0 and 1"
             )
-        square = advance(
+        square = summed(
+            advance,
             x.reshape(3, -1),
             r,
             p.reshape(3, -1),
@@ -260,8 +269,8 @@ def _energies(operator: VoxelOperator, displacement: FloatArray, rows: int) -> F
         operator.product(displacement[b], y)
         load = unit_load(operator, b)
         for a in range(6):
-            product[a, b] = dot(displacement[a].ravel(), y.ravel()) / volume
-            linear[a, b] = dot(displacement[a].ravel(), load.ravel()) / volume
+            product[a, b] = summed(dot, displacement[a].ravel(), y.ravel()) / volume
+            linear[a, b] = summed(dot, displacement[a].ravel(), load.ravel()) / volume
     if rows != 6:
         turned = [1, 2, 0, 4, 5, 3]
         for matrix in (product, linear):

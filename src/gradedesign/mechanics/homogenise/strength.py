@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gradedesign.arrays import FloatArray
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.mechanics.fe.stress import weighted_percentile
 from gradedesign.mechanics.homogenise._hexahedron_kernels import centre_strain
 from gradedesign.mechanics.homogenise.constants import solid_stiffness
@@ -75,7 +76,10 @@ def local_stress(solution: PeriodicSolution) -> LocalStress:
     strain = np.zeros((6, count))
     for case in range(6):
         with threads_for(solution.fill.size):
-            centre_strain(solution.displacement[case], voxel, np.eye(6)[case], strain)
+            in_ranges(
+                centre_strain, range(count), solution.displacement[case], voxel, np.eye(6)[case],
+                strain,
+            )  # fmt: skip
         stress[:, case] = solid @ strain
     # Local stress is linear in the macroscopic strain, and that in the macroscopic stress.
     per_stress = np.matmul(compliance.astype(np.float32), stress)

@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 #: Stresses of one unit of threaded work: their products and sums fit the nearest cache.
 CHUNK = 64
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, nogil=True)
 def _add_seven(weight, product, value):
     """Add seven products at once: each sum is read and written once, not seven times."""
     for p in range(CHUNK):
@@ -25,43 +25,41 @@ def _add_seven(weight, product, value):
         )
 
 
-@njit(cache=True, parallel=True)
-def mean_powers(entries, stress, half):
-    """Mean over the first axis of ``entries`` of ``(entries . products) ** half``.
+@njit(cache=True, nogil=True)
+def mean_powers(low, high, entries, stress, half, mean):
+    """Fill the mean over the first axis of ``entries`` of ``(entries . products) ** half``.
 
     Parameters
     ----------
+    low, high : int
+        Range of stresses.
     entries : (turns, k, 21) float64 array
         Upper triangles of symmetric forms, off-diagonal entries doubled.
     stress : (6, n) float64 array
     half : int
         At least 1.
-
-    Returns
-    -------
-    (k, n) float64 array
-        Forms below zero, by rounding, count as zero.
+    mean : (k, n) float64 array
+        Written. Forms below zero, by rounding, count as zero.
     """
     turns, forms, _ = entries.shape
-    n = stress.shape[1]
-    mean = np.zeros((forms, n))
-    for chunk in prange((n + CHUNK - 1) // CHUNK):
-        first = chunk * CHUNK
-        count = min(CHUNK, n - first)
-        products = np.zeros((21, CHUNK))
+    products = np.zeros((21, CHUNK))
+    value = np.zeros(CHUNK)
+    power = np.zeros(CHUNK)
+    total = np.zeros(CHUNK)
+    for first in range(low, high, CHUNK):
+        count = min(CHUNK, high - first)
         row = 0
         for i in range(6):
             for j in range(i, 6):
                 for p in range(count):
                     products[row, p] = stress[i, first + p] * stress[j, first + p]
                 row += 1
-        value = np.zeros(CHUNK)
-        power = np.zeros(CHUNK)
-        total = np.zeros(CHUNK)
         for k in range(forms):
-            total[:] = 0.0
+            for p in range(CHUNK):
+                total[p] = 0.0
             for turn in range(turns):
-                value[:] = 0.0
+                for p in range(CHUNK):
+                    value[p] = 0.0
                 for c in range(0, 21, 7):
                     _add_seven(entries[turn, k, c : c + 7], products[c : c + 7], value)
                 for p in range(CHUNK):
@@ -74,4 +72,3 @@ def mean_powers(entries, stress, half):
                     total[p] += power[p]
             for p in range(count):
                 mean[k, first + p] = total[p] / turns
-    return mean

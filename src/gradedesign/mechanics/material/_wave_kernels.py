@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
-#: Tops that the search climbs, and the cosine within which directions lead to the same one.
+#: Tops that the search climbs, and the cosine within which directions lead to the same one. Chosen,
+#: not measured.
 TOPS, APART = 2, 0.9
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def wave_use(n, s, c, sway):
     """Work of a stress over the stiffness in the wave along ``n`` that resists it least.
 
@@ -75,17 +76,29 @@ def wave_use(n, s, c, sway):
     return mean + 2.0 * size * np.cos(np.arccos(angle) / 3.0)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
+def _normalise(v):
+    """Divide a vector ``(3,)`` by its length."""
+    length = np.sqrt(v[0] ** 2 + v[1] ** 2 + v[2] ** 2)
+    for d in range(3):
+        v[d] /= length
+
+
+@njit(cache=True, nogil=True)
 def _climbed(n, value, s, c, sway, first, last):
     """The use at the top next to a direction, by steps across it from ``first`` to ``last``."""
     step = first
     side, up, trial, best = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
     while step > last:
         # Two directions across n.
-        k = int(np.argmin(np.abs(n)))
-        side[:] = -n[k] * n
+        k = 0
+        for d in range(1, 3):
+            if abs(n[d]) < abs(n[k]):
+                k = d
+        for d in range(3):
+            side[d] = -n[k] * n[d]
         side[k] += 1.0
-        side /= np.sqrt(side[0] ** 2 + side[1] ** 2 + side[2] ** 2)
+        _normalise(side)
         up[0] = n[1] * side[2] - n[2] * side[1]
         up[1] = n[2] * side[0] - n[0] * side[2]
         up[2] = n[0] * side[1] - n[1] * side[0]
@@ -96,25 +109,28 @@ def _climbed(n, value, s, c, sway, first, last):
                     continue
                 for d in range(3):
                     trial[d] = n[d] + step * (i * side[d] + j * up[d])
-                trial /= np.sqrt(trial[0] ** 2 + trial[1] ** 2 + trial[2] ** 2)
+                _normalise(trial)
                 use = wave_use(trial, s, c, sway)
                 if use > better:
                     better = use
-                    best[:] = trial
+                    for d in range(3):
+                        best[d] = trial[d]
         if better > value:
             value = better
-            n[:] = best
+            for d in range(3):
+                n[d] = best[d]
         else:
             step *= 0.5
     return value
 
 
-@njit(cache=True, parallel=True)
-def most_used(stress, stiffness, starts, sway, first, last):
-    """Use of the wave that uses most, under every stress.
+@njit(cache=True, nogil=True)
+def most_used(low, high, stress, stiffness, starts, sway, first, last, found):
+    """Fill the use of the wave that uses most, under every stress of a range.
 
     Parameters
     ----------
+    low, high : int
     stress : (6, n) float64 array
     stiffness : (6, 6, n) float64 array
         Positive definite.
@@ -123,18 +139,16 @@ def most_used(stress, stiffness, starts, sway, first, last):
     sway : float
     first, last : float
         Steps of the search, in radians.
-
-    Returns
-    -------
-    (n,) float64 array
-        Negative where every wave is stretched.
+    found : (n,) float64 array
+        Written; negative where every wave is stretched.
     """
-    count = stress.shape[1]
-    found = np.zeros(count)
-    for e in prange(count):
-        s = stress[:, e].copy()
-        c = stiffness[:, :, e].copy()
-        uses = np.zeros(starts.shape[0])
+    s, c, n = np.zeros(6), np.zeros((6, 6)), np.zeros(3)
+    uses = np.zeros(starts.shape[0])
+    for e in range(low, high):
+        for i in range(6):
+            s[i] = stress[i, e]
+            for j in range(6):
+                c[i, j] = stiffness[i, j, e]
         for d in range(starts.shape[0]):
             uses[d] = wave_use(starts[d], s, c, sway)
         top = -np.inf
@@ -142,11 +156,17 @@ def most_used(stress, stiffness, starts, sway, first, last):
             d = int(np.argmax(uses))
             if uses[d] == -np.inf:
                 break
-            n = starts[d].copy()
+            for i in range(3):
+                n[i] = starts[d, i]
             top = max(top, _climbed(n, uses[d], s, c, sway, first, last))
             # Another top lies apart from both ends of this way.
             for k in range(starts.shape[0]):
-                if max(abs(np.dot(starts[k], n)), abs(np.dot(starts[k], starts[d]))) > APART:
+                if max(_cosine(starts[k], n), _cosine(starts[k], starts[d])) > APART:
                     uses[k] = -np.inf
         found[e] = top
-    return found
+
+
+@njit(cache=True, nogil=True)
+def _cosine(a, b):
+    """Magnitude of the product of two unit vectors."""
+    return abs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])

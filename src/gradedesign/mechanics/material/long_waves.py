@@ -83,15 +83,20 @@ def critical_long_waves(stiffness: FloatArray) -> FloatArray:
 def _searched(stress: FloatArray, stiffness: FloatArray) -> FloatArray:
     """Use ``(n,)`` of stresses ``(6, n)`` with stiffnesses ``(6, 6, n)``."""
     # Compiled code loads slowly.
+    from gradedesign.common.system.threads import in_ranges
     from gradedesign.mechanics.material._wave_kernels import most_used
 
-    use = most_used(
+    use = np.zeros(stress.shape[1])
+    in_ranges(
+        most_used,
+        range(use.size),
         np.ascontiguousarray(stress, dtype=np.float64),
         np.ascontiguousarray(stiffness, dtype=np.float64),
         _STARTS,
         SWAY,
         _FIRST_STEP,
         _LAST_STEP,
+        use,
     )
     return np.asarray(np.maximum(use, 0.0))
 

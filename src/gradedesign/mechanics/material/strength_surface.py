@@ -102,7 +102,8 @@ def symmetric_powers(
     (k, ...) array
     """
     # Here, so that importing the package does not load numba.
-    from gradedesign.mechanics.material._strength_kernels import mean_powers
+    from gradedesign.common.system.threads import in_ranges
+    from gradedesign.mechanics.material._strength_kernels import CHUNK, mean_powers
 
     s = np.asarray(stress, dtype=np.float64)
     flat = s.reshape(6, -1)
@@ -112,7 +113,9 @@ def symmetric_powers(
     # Turned forms instead of turned stresses: they are turned once for all points.
     turned = np.einsum("tca,kcd,tdb->tkab", turns, forms, turns, optimize=True)
     entries = np.ascontiguousarray(turned[:, :, upper[0], upper[1]] * factor)
-    mean = mean_powers(entries, np.ascontiguousarray(flat), exponent // 2)
+    mean = np.zeros((len(forms), flat.shape[1]))
+    numbers = range(0, flat.shape[1], CHUNK)
+    in_ranges(mean_powers, numbers, entries, np.ascontiguousarray(flat), exponent // 2, mean)
     return np.asarray(mean.reshape(forms.shape[0], *s.shape[1:]))
 
 

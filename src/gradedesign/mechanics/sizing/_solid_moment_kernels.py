@@ -8,11 +8,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _add(corners: Any, share: float, moments: Any) -> None:
     """Add the moments of a tetrahedron of barycentric corners ``(4, 4)`` and a volume share."""
     p = 0
@@ -27,17 +27,18 @@ def _add(corners: Any, share: float, moments: Any) -> None:
             p += 1
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _between(start: Any, end: Any, at: float, corner: Any) -> None:
     """Fill `corner` with the point a share `at` of the way from `start` to `end`."""
     for s in range(4):
         corner[s] = start[s] + at * (end[s] - start[s])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _add_corner(corners: Any, value: Any, share: float, piece: Any, moments: Any) -> None:
     """Add the tetrahedron between the first corner and where the values change their sign."""
-    piece[0] = corners[0]
+    for s in range(4):
+        piece[0, s] = corners[0, s]
     for i in range(1, 4):
         at = value[0] / (value[0] - value[i])
         share *= at
@@ -45,7 +46,7 @@ def _add_corner(corners: Any, value: Any, share: float, piece: Any, moments: Any
     _add(piece, share, moments)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _add_wedge(corners: Any, value: Any, share: float, piece: Any, moments: Any) -> None:
     """Add the wedge between the first two corners, which are negative, and the other two.
 
@@ -53,7 +54,8 @@ def _add_wedge(corners: Any, value: Any, share: float, piece: Any, moments: Any)
     """
     ac, ad = value[0] / (value[0] - value[2]), value[0] / (value[0] - value[3])
     bc, bd = value[1] / (value[1] - value[2]), value[1] / (value[1] - value[3])
-    piece[0], piece[1] = corners[0], corners[1]
+    for s in range(4):
+        piece[0, s], piece[1, s] = corners[0, s], corners[1, s]
     _between(corners[0], corners[2], ac, piece[2])
     _between(corners[0], corners[3], ad, piece[3])
     _add(piece, share * ac * ad, moments)
@@ -63,7 +65,7 @@ def _add_wedge(corners: Any, value: Any, share: float, piece: Any, moments: Any)
     _add(piece, share * (1.0 - ac) * bc * bd, moments)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _add_negative(corners: Any, value: Any, share: float, piece: Any, moments: Any) -> None:
     """Add the part of a tetrahedron where values linear between its corners are negative."""
     # Negative corners first; of four corners an insertion sort is the shortest.
@@ -89,33 +91,37 @@ def _add_negative(corners: Any, value: Any, share: float, piece: Any, moments: A
         _add_corner(corners, value, -share, piece, moments)
 
 
-@njit(parallel=True, cache=True)
+@njit(cache=True, nogil=True)
 def negative_moments(
-    values: NDArray[np.float64], nodes: NDArray[np.float64], pieces: NDArray[np.int64]
-) -> NDArray[np.float64]:
+    low: int,
+    high: int,
+    values: NDArray[np.float64],
+    nodes: NDArray[np.float64],
+    pieces: NDArray[np.int64],
+    moments: NDArray[np.float64],
+) -> None:
     """Means over tetrahedra of products of two barycentric coordinates where a function is < 0.
 
     Parameters
     ----------
+    low, high : int
+        Range of tetrahedra.
     values : (m, q) array
         At the nodes of every tetrahedron; linear in each piece between them.
     nodes : (q, 4) array
         Barycentric coordinates.
     pieces : (k, 4) array
         Nodes of the pieces of one volume that every tetrahedron is divided into.
-
-    Returns
-    -------
-    (m, 10) array
+    moments : (m, 10) array
+        Added to.
     """
-    count, k = values.shape[0], pieces.shape[0]
-    moments = np.zeros((count, 10))
-    for e in prange(count):
-        corners, piece, value = np.zeros((4, 4)), np.zeros((4, 4)), np.zeros(4)
+    k = pieces.shape[0]
+    corners, piece, value = np.zeros((4, 4)), np.zeros((4, 4)), np.zeros(4)
+    for e in range(low, high):
         for number in range(k):
             for i in range(4):
                 node = pieces[number, i]
                 value[i] = values[e, node]
-                corners[i] = nodes[node]
+                for s in range(4):
+                    corners[i, s] = nodes[node, s]
             _add_negative(corners, value, 1.0 / k, piece, moments[e])
-    return moments

@@ -13,6 +13,7 @@ from itertools import permutations, product
 import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.drain import drain_value
 from gradedesign.geometry.lattice.skin import skin_value
@@ -81,8 +82,13 @@ def solid_moments(domain: DesignDomain, mesh: TetMesh) -> FloatArray:
     for start in range(0, count, _BATCH):
         corners = mesh.points[:, mesh.tets[:, start : start + _BATCH]]
         values = solid_value(domain, np.einsum("dcm,qc->dmq", corners, nodes))
-        moments[start : start + _BATCH] = negative_moments(
-            np.ascontiguousarray(values, dtype=np.float64), nodes, pieces
+        in_ranges(
+            negative_moments,
+            range(len(values)),
+            np.ascontiguousarray(values, dtype=np.float64),
+            nodes,
+            pieces,
+            moments[start : start + _BATCH],
         )
     return np.ascontiguousarray(moments.T)
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 #: Only fused multiply-add, as in the products.
@@ -59,7 +59,8 @@ def split_rows(
     for k in range(n):
         place[order[k]] = k
     for c in range(pieces.size - 1):
-        piece[pieces[c] : pieces[c + 1]] = c
+        for k in range(pieces[c], pieces[c + 1]):
+            piece[k] = c
     inner_row = np.zeros(n + 1, np.int32)
     outer_row = np.zeros(n + 1, np.int32)
     for k in range(n):
@@ -108,7 +109,9 @@ def split_rows(
                         )
                 q += 1
             elif j == k:
-                diagonal[k] = blocks[p]
+                for a in range(3):
+                    for b in range(3):
+                        diagonal[k, a, b] = blocks[p, a, b]
     return (
         (inner_row, inner_column, inner_blocks),
         (outer_row, outer_column, outer_blocks),
@@ -117,72 +120,76 @@ def split_rows(
     )
 
 
-@njit(fastmath=FAST, cache=True)
-def _forward_piece(
-    first: int, last: int, row: Any, column: Any, blocks: Any, inverse: Any, f: Any, x: Any, y: Any
+@njit(fastmath=FAST, cache=True, nogil=True)
+def sweep_forward(
+    low: int, high: int, pieces: Any, inner: Any, inverse: Any, f: Any, x: Any, y: Any
 ) -> None:
-    """Sweep one piece from zero; y becomes minus the product of its upper triangle with x."""
-    for c in range(f.shape[0]):
-        y[c, 3 * first : 3 * last] = 0.0
-    for i in range(first, last):
-        k = 3 * i
+    """Sweep a range of pieces from zero; y becomes minus their upper triangles times x."""
+    row, column, blocks = inner
+    for q in range(low, high):
         for c in range(f.shape[0]):
-            s, t, r = f[c, k], f[c, k + 1], f[c, k + 2]
-            for p in range(row[i], row[i + 1]):
-                j = 3 * column[p]
-                u, v, w = x[c, j], x[c, j + 1], x[c, j + 2]
-                s -= blocks[p, 0, 0] * u + blocks[p, 0, 1] * v + blocks[p, 0, 2] * w
-                t -= blocks[p, 1, 0] * u + blocks[p, 1, 1] * v + blocks[p, 1, 2] * w
-                r -= blocks[p, 2, 0] * u + blocks[p, 2, 1] * v + blocks[p, 2, 2] * w
-            u = inverse[i, 0, 0] * s + inverse[i, 0, 1] * t + inverse[i, 0, 2] * r
-            v = inverse[i, 1, 0] * s + inverse[i, 1, 1] * t + inverse[i, 1, 2] * r
-            w = inverse[i, 2, 0] * s + inverse[i, 2, 1] * t + inverse[i, 2, 2] * r
-            x[c, k], x[c, k + 1], x[c, k + 2] = u, v, w
-            for p in range(row[i], row[i + 1]):
-                j = 3 * column[p]
-                y[c, j] -= blocks[p, 0, 0] * u + blocks[p, 1, 0] * v + blocks[p, 2, 0] * w
-                y[c, j + 1] -= blocks[p, 0, 1] * u + blocks[p, 1, 1] * v + blocks[p, 2, 1] * w
-                y[c, j + 2] -= blocks[p, 0, 2] * u + blocks[p, 1, 2] * v + blocks[p, 2, 2] * w
+            for k in range(3 * pieces[q], 3 * pieces[q + 1]):
+                y[c, k] = 0.0
+        for i in range(pieces[q], pieces[q + 1]):
+            k = 3 * i
+            for c in range(f.shape[0]):
+                s, t, r = f[c, k], f[c, k + 1], f[c, k + 2]
+                for p in range(row[i], row[i + 1]):
+                    j = 3 * column[p]
+                    u, v, w = x[c, j], x[c, j + 1], x[c, j + 2]
+                    s -= blocks[p, 0, 0] * u + blocks[p, 0, 1] * v + blocks[p, 0, 2] * w
+                    t -= blocks[p, 1, 0] * u + blocks[p, 1, 1] * v + blocks[p, 1, 2] * w
+                    r -= blocks[p, 2, 0] * u + blocks[p, 2, 1] * v + blocks[p, 2, 2] * w
+                u = inverse[i, 0, 0] * s + inverse[i, 0, 1] * t + inverse[i, 0, 2] * r
+                v = inverse[i, 1, 0] * s + inverse[i, 1, 1] * t + inverse[i, 1, 2] * r
+                w = inverse[i, 2, 0] * s + inverse[i, 2, 1] * t + inverse[i, 2, 2] * r
+                x[c, k], x[c, k + 1], x[c, k + 2] = u, v, w
+                for p in range(row[i], row[i + 1]):
+                    j = 3 * column[p]
+                    y[c, j] -= blocks[p, 0, 0] * u + blocks[p, 1, 0] * v + blocks[p, 2, 0] * w
+                    y[c, j + 1] -= blocks[p, 0, 1] * u + blocks[p, 1, 1] * v + blocks[p, 2, 1] * w
+                    y[c, j + 2] -= blocks[p, 0, 2] * u + blocks[p, 1, 2] * v + blocks[p, 2, 2] * w
 
 
-@njit(fastmath=FAST, cache=True)
-def _backward_piece(
-    first: int, last: int, row: Any, column: Any, blocks: Any, inverse: Any, x: Any, y: Any
+@njit(fastmath=FAST, cache=True, nogil=True)
+def sweep_backward(
+    low: int, high: int, pieces: Any, inner: Any, inverse: Any, x: Any, y: Any
 ) -> None:
-    """Sweep one piece downwards from x, in place; y is its right-hand side, and is used up.
+    """Sweep a range of pieces downwards from x, in place; y, its right-hand side, is used up.
 
     Blocks are read downwards too: the processor then fetches them ahead, 2.5 times as fast. The
     row's own sum waits for nothing but y.
     """
+    row, column, blocks = inner
     zero = np.float32(0.0)
-    for i in range(last - 1, first - 1, -1):
-        k = 3 * i
-        for c in range(x.shape[0]):
-            s, t, r = zero, zero, zero
-            for p in range(row[i + 1] - 1, row[i] - 1, -1):
-                j = 3 * column[p]
-                u, v, w = x[c, j], x[c, j + 1], x[c, j + 2]
-                s += blocks[p, 0, 0] * u + blocks[p, 0, 1] * v + blocks[p, 0, 2] * w
-                t += blocks[p, 1, 0] * u + blocks[p, 1, 1] * v + blocks[p, 1, 2] * w
-                r += blocks[p, 2, 0] * u + blocks[p, 2, 1] * v + blocks[p, 2, 2] * w
-            s, t, r = y[c, k] - s, y[c, k + 1] - t, y[c, k + 2] - r
-            u = inverse[i, 0, 0] * s + inverse[i, 0, 1] * t + inverse[i, 0, 2] * r
-            v = inverse[i, 1, 0] * s + inverse[i, 1, 1] * t + inverse[i, 1, 2] * r
-            w = inverse[i, 2, 0] * s + inverse[i, 2, 1] * t + inverse[i, 2, 2] * r
-            x[c, k], x[c, k + 1], x[c, k + 2] = u, v, w
-            for p in range(row[i + 1] - 1, row[i] - 1, -1):
-                j = 3 * column[p]
-                y[c, j] -= blocks[p, 0, 0] * u + blocks[p, 1, 0] * v + blocks[p, 2, 0] * w
-                y[c, j + 1] -= blocks[p, 0, 1] * u + blocks[p, 1, 1] * v + blocks[p, 2, 1] * w
-                y[c, j + 2] -= blocks[p, 0, 2] * u + blocks[p, 1, 2] * v + blocks[p, 2, 2] * w
+    for q in range(low, high):
+        for i in range(pieces[q + 1] - 1, pieces[q] - 1, -1):
+            k = 3 * i
+            for c in range(x.shape[0]):
+                s, t, r = zero, zero, zero
+                for p in range(row[i + 1] - 1, row[i] - 1, -1):
+                    j = 3 * column[p]
+                    u, v, w = x[c, j], x[c, j + 1], x[c, j + 2]
+                    s += blocks[p, 0, 0] * u + blocks[p, 0, 1] * v + blocks[p, 0, 2] * w
+                    t += blocks[p, 1, 0] * u + blocks[p, 1, 1] * v + blocks[p, 1, 2] * w
+                    r += blocks[p, 2, 0] * u + blocks[p, 2, 1] * v + blocks[p, 2, 2] * w
+                s, t, r = y[c, k] - s, y[c, k + 1] - t, y[c, k + 2] - r
+                u = inverse[i, 0, 0] * s + inverse[i, 0, 1] * t + inverse[i, 0, 2] * r
+                v = inverse[i, 1, 0] * s + inverse[i, 1, 1] * t + inverse[i, 1, 2] * r
+                w = inverse[i, 2, 0] * s + inverse[i, 2, 1] * t + inverse[i, 2, 2] * r
+                x[c, k], x[c, k + 1], x[c, k + 2] = u, v, w
+                for p in range(row[i + 1] - 1, row[i] - 1, -1):
+                    j = 3 * column[p]
+                    y[c, j] -= blocks[p, 0, 0] * u + blocks[p, 1, 0] * v + blocks[p, 2, 0] * w
+                    y[c, j + 1] -= blocks[p, 0, 1] * u + blocks[p, 1, 1] * v + blocks[p, 2, 1] * w
+                    y[c, j + 2] -= blocks[p, 0, 2] * u + blocks[p, 1, 2] * v + blocks[p, 2, 2] * w
 
 
-@njit(fastmath=FAST, cache=True)
-def _outer_piece(
-    first: int, last: int, row: Any, column: Any, blocks: Any, weakest: Any, x: Any, y: Any
-) -> None:
-    """Add ``weakest x - outer x`` to y over the rows of one piece."""
-    for i in range(first, last):
+@njit(fastmath=FAST, cache=True, nogil=True)
+def take_outer(low: int, high: int, pieces: Any, outer: Any, weakest: Any, x: Any, y: Any) -> None:
+    """Add ``weakest x - outer x`` to y over the rows of a range of pieces."""
+    row, column, blocks = outer
+    for i in range(pieces[low], pieces[high]):
         if row[i] == row[i + 1]:
             continue
         for c in range(x.shape[0]):
@@ -197,49 +204,3 @@ def _outer_piece(
                         + blocks[p, a, 1] * x[c, j + 1]
                         + blocks[p, a, 2] * x[c, j + 2]
                     )
-
-
-@njit(parallel=True, fastmath=FAST, cache=True, nogil=True)
-def forward_threaded(
-    pieces: Any, inner: Any, outer: Any, inverse: Any, weakest: Any, f: Any, x: Any, y: Any
-) -> None:
-    """Set x by a sweep from zero and y to the residual ``f - A x``, on all threads."""
-    for q in prange(pieces.size - 1):
-        _forward_piece(pieces[q], pieces[q + 1], inner[0], inner[1], inner[2], inverse, f, x, y)
-    for q in prange(pieces.size - 1):
-        _outer_piece(pieces[q], pieces[q + 1], outer[0], outer[1], outer[2], weakest, x, y)
-
-
-@njit(fastmath=FAST, cache=True, nogil=True)
-def forward_serial(
-    pieces: Any, inner: Any, outer: Any, inverse: Any, weakest: Any, f: Any, x: Any, y: Any
-) -> None:
-    """`forward_threaded` on one thread."""
-    for q in range(pieces.size - 1):
-        _forward_piece(pieces[q], pieces[q + 1], inner[0], inner[1], inner[2], inverse, f, x, y)
-    for q in range(pieces.size - 1):
-        _outer_piece(pieces[q], pieces[q + 1], outer[0], outer[1], outer[2], weakest, x, y)
-
-
-@njit(parallel=True, fastmath=FAST, cache=True, nogil=True)
-def backward_threaded(
-    pieces: Any, inner: Any, outer: Any, inverse: Any, weakest: Any, f: Any, x: Any, y: Any
-) -> None:
-    """Improve x by a sweep downwards for the right-hand side f, on all threads; y is scratch."""
-    for q in prange(pieces.size - 1):
-        y[:, 3 * pieces[q] : 3 * pieces[q + 1]] = f[:, 3 * pieces[q] : 3 * pieces[q + 1]]
-        _outer_piece(pieces[q], pieces[q + 1], outer[0], outer[1], outer[2], weakest, x, y)
-    for q in prange(pieces.size - 1):
-        _backward_piece(pieces[q], pieces[q + 1], inner[0], inner[1], inner[2], inverse, x, y)
-
-
-@njit(fastmath=FAST, cache=True, nogil=True)
-def backward_serial(
-    pieces: Any, inner: Any, outer: Any, inverse: Any, weakest: Any, f: Any, x: Any, y: Any
-) -> None:
-    """`backward_threaded` on one thread."""
-    for q in range(pieces.size - 1):
-        y[:, 3 * pieces[q] : 3 * pieces[q + 1]] = f[:, 3 * pieces[q] : 3 * pieces[q + 1]]
-        _outer_piece(pieces[q], pieces[q + 1], outer[0], outer[1], outer[2], weakest, x, y)
-    for q in range(pieces.size - 1):
-        _backward_piece(pieces[q], pieces[q + 1], inner[0], inner[1], inner[2], inverse, x, y)

@@ -8,13 +8,16 @@ pieces of consecutive nodes are compact and hardly couple to each other.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import bsr_matrix
 
 from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.mechanics.solver import _sweep_kernels as kernels
 from gradedesign.mechanics.solver._multigrid_kernels import inverse_diagonal
 from gradedesign.mechanics.solver._order_kernels import morton_keys
@@ -23,7 +26,7 @@ from gradedesign.mechanics.solver.block_rows import SingleArray
 #: Nodes of a piece, which threads share. A gyroid sheet of 3.5 M unknowns takes 31 iterations at a
 #: quarter of it, 30 at this size, and 28 in one piece.
 PIECE = 65536
-#: Entries of the half matrix from which threads pay.
+#: Entries of the half matrix from which threads pay: half as many as of a whole one.
 THREADED = 1_500_000
 
 
@@ -56,11 +59,6 @@ class Sweeps:
     inverse: SingleArray
     weakest: SingleArray
     keep: SingleArray
-
-    @property
-    def threaded(self) -> bool:
-        """True where several threads pay."""
-        return self.inner[2].size >= THREADED
 
 
 def build_sweeps(
@@ -113,11 +111,18 @@ def along_curve(nodes: FloatArray) -> NDArray[np.int32]:
 
 def sweep_up(s: Sweeps, f: SingleArray, x: SingleArray, y: SingleArray) -> None:
     """Set x to a sweep from zero for ``A x = f``, and y to the residual; all ``(k, 3 n)``."""
-    kernel = kernels.forward_threaded if s.threaded else kernels.forward_serial
-    kernel(s.pieces, s.inner, s.outer, s.inverse, s.weakest, f, x, y)
+    _on_pieces(s, kernels.sweep_forward, s.inner, s.inverse, f, x, y)
+    _on_pieces(s, kernels.take_outer, s.outer, s.weakest, x, y)
 
 
 def sweep_down(s: Sweeps, f: SingleArray, x: SingleArray, y: SingleArray) -> None:
     """Improve x by the sweep in reverse order; y is scratch."""
-    kernel = kernels.backward_threaded if s.threaded else kernels.backward_serial
-    kernel(s.pieces, s.inner, s.outer, s.inverse, s.weakest, f, x, y)
+    np.copyto(y, f)
+    _on_pieces(s, kernels.take_outer, s.outer, s.weakest, x, y)
+    _on_pieces(s, kernels.sweep_backward, s.inner, s.inverse, x, y)
+
+
+def _on_pieces(s: Sweeps, kernel: Callable[..., None], *arguments: Any) -> None:
+    """Call a kernel for all pieces."""
+    pieces = range(s.pieces.size - 1)
+    in_ranges(kernel, pieces, s.pieces, *arguments, threaded=s.inner[2].size >= THREADED)
