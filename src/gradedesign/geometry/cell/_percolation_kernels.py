@@ -84,7 +84,7 @@ def flood(order: IntArray, n: int, history: IntArray) -> None:
                 for i in range(3):
                     w = windings[b, i]
                     if w[0] != 0 or w[1] != 0 or w[2] != 0:
-                        insert(windings[a], int(w[0]), int(w[1]), int(w[2]))
+                        insert(windings[a], np.int64(w[0]), np.int64(w[1]), np.int64(w[2]))
                 if span_a:
                     total -= size[a]
                 if span_b:

@@ -229,7 +229,7 @@ def fitted_normals(
     for v in range(len(vertices)):
         if seat[v] < 0:
             continue
-        near, every = _neighbours(faces, opposite, int(seat[v]), v, _FEW, ring)
+        near, every = _neighbours(faces, opposite, np.int64(seat[v]), v, _FEW, ring)
         for m in range(every):
             for x in range(3):
                 off[m, x] = (vertices[ring[m], x] - vertices[v, x]) / h

@@ -195,7 +195,7 @@ def stiffness_blocks(
         for p in range(row[i], row[i + 1]):
             position[column[p]] = p
         for p in range(start[i], start[i + 1]):
-            e = int(element[p])
+            e = np.int64(element[p])
             a = local[p]
             volume = _gradients(nodes, elements, e, g)
             _unpack(coefficients[e], volume, c)
@@ -260,7 +260,7 @@ def stiffness_blocks_of_moments(
         for p in range(row[i], row[i + 1]):
             position[column[p]] = p
         for p in range(start[i], start[i + 1]):
-            e = int(element[p])
+            e = np.int64(element[p])
             a = local[p]
             volume = _gradients(nodes, elements, e, g)
             for s in range(4):

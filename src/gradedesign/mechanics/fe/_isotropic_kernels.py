@@ -55,7 +55,7 @@ def isotropic_blocks(
         for p in range(row[i], row[i + 1]):
             position[column[p]] = p
         for p in range(start[i], start[i + 1]):
-            e = int(element[p])
+            e = np.int64(element[p])
             a = local[p]
             volume = _gradients(nodes, elements, e, g)
             lam, mu = volume * lame[e, 0], volume * lame[e, 1]

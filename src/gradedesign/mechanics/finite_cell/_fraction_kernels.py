@@ -22,11 +22,11 @@ def _tet_solid(f: Any, p: Any, index: Any, q: Any, sums: Any) -> None:
     Volumes count six times; `index` ``(2, 4)`` and `q` ``(6, 3)`` are scratch.
     """
     inside, outside = index[0], index[1]
-    n = sort_corners(f, inside, outside)
+    n, first = sort_corners(f, inside, outside), np.int64(0)
     if n == 0:
         return
     if n == 4:
-        _add_simplex(p, 0, 1, 2, 3, sums, 1.0)
+        _add_simplex(p, first, sums, 1.0)
     elif n == 1 or n == 3:
         # The corner alone on its side; the solid is that corner's piece, or all but it.
         lone = inside[0] if n == 1 else outside[0]
@@ -38,8 +38,8 @@ def _tet_solid(f: Any, p: Any, index: Any, q: Any, sums: Any) -> None:
                 row += 1
                 cut_edge(f, p, lone, k, q[row])
         if n == 3:
-            _add_simplex(p, 0, 1, 2, 3, sums, 1.0)
-        _add_simplex(q, 0, 1, 2, 3, sums, 1.0 if n == 1 else -1.0)
+            _add_simplex(p, first, sums, 1.0)
+        _add_simplex(q, first, sums, 1.0 if n == 1 else -1.0)
     else:
         # A wedge between the edge of the two inner corners and the cut quadrilateral.
         for a in range(2):
@@ -47,14 +47,14 @@ def _tet_solid(f: Any, p: Any, index: Any, q: Any, sums: Any) -> None:
                 q[3 * a, d] = p[inside[a], d]
             for b in range(2):
                 cut_edge(f, p, inside[a], outside[b], q[3 * a + 1 + b])
-        _add_simplex(q, 0, 1, 2, 3, sums, 1.0)
-        _add_simplex(q, 1, 2, 3, 4, sums, 1.0)
-        _add_simplex(q, 2, 3, 4, 5, sums, 1.0)
+        for k in range(3):
+            _add_simplex(q, k, sums, 1.0)
 
 
 @njit(cache=True, nogil=True)
-def _add_simplex(p: Any, i: int, j: int, k: int, m: int, sums: Any, sign: float) -> None:
-    """Add the volume and first moments of one tetrahedron of points."""
+def _add_simplex(p: Any, i: int, sums: Any, sign: float) -> None:
+    """Add the volume and first moments of the tetrahedron of four points, i the first."""
+    j, k, m = i + 1, i + 2, i + 3
     ax, ay, az = p[j, 0] - p[i, 0], p[j, 1] - p[i, 1], p[j, 2] - p[i, 2]
     bx, by, bz = p[k, 0] - p[i, 0], p[k, 1] - p[i, 1], p[k, 2] - p[i, 2]
     cx, cy, cz = p[m, 0] - p[i, 0], p[m, 1] - p[i, 1], p[m, 2] - p[i, 2]

@@ -9,11 +9,11 @@ from numba import njit
 
 
 @njit(cache=True, nogil=True)
-def root_of(parent: Any, i: int) -> int:
+def root_of(parent: Any, i: Any) -> Any:
     """Representative of a set, with path halving."""
     while parent[i] != i:
         parent[i] = parent[parent[i]]
-        i = parent[i]
+        i = np.int64(parent[i])
     return i
 
 

@@ -64,12 +64,12 @@ def connected_copies(parent: Any, first: Any, element: Any, copy: Any) -> int:
     int
         Number of coarse elements.
     """
-    sets = np.arange(copy.size)
+    sets = np.arange(copy.size, dtype=np.int32)
     for i in range(first.size - 1):
         for q in range(first[i], first[i + 1]):
             for r in range(first[i], q):
                 if parent[element[q]] == parent[element[r]]:
-                    join(sets, element[q], element[r])
+                    join(sets, np.int64(element[q]), np.int64(element[r]))
     return _numbered(sets, copy)
 
 
@@ -94,7 +94,7 @@ def coarse_nodes(copy: Any, place: Any, first: Any, element: Any, nodes: Any) ->
         Number of coarse nodes.
     """
     m = nodes.shape[0]
-    sets = np.arange(8 * m)
+    sets = np.arange(8 * m, dtype=np.int32)
     for i in range(first.size - 1):
         for q in range(first[i], first[i + 1]):
             a = copy[element[q]]
@@ -110,7 +110,7 @@ def coarse_nodes(copy: Any, place: Any, first: Any, element: Any, nodes: Any) ->
                     y = ((c >> 1) & 1) - dy
                     z = (c >> 2) - dz
                     if 0 <= x <= 1 and 0 <= y <= 1 and 0 <= z <= 1:
-                        join(sets, 8 * a + c, 8 * b + x + 2 * y + 4 * z)
+                        join(sets, 8 * np.int64(a) + c, 8 * np.int64(b) + x + 2 * y + 4 * z)
     flat = np.zeros(8 * m, np.int32)
     count = _numbered(sets, flat)
     for p in range(m):

@@ -84,11 +84,10 @@ def _add_points(points: Any, values: Any, integrals: Any, work: Any, flat: Any, 
 
 
 @njit(cache=True, nogil=True)
-def _no_points(points: Any) -> int:
-    """Take the weight off all points ``(4, POINTS)``; returns how many wait, none."""
+def _clear(points: Any) -> None:
+    """Take the weight off all points ``(4, POINTS)``."""
     for v in range(POINTS):
         points[3, v] = 0.0
-    return 0
 
 
 @njit(cache=True, nogil=True)
@@ -103,7 +102,8 @@ def _add_triangle(
     """
     if count + rule.shape[0] > POINTS:
         _add_points(points, values, integrals, work, flat, out)
-        count = _no_points(points)
+        _clear(points)
+        count = 0
     for r in range(rule.shape[0]):
         a, b, c = rule[r, 0], rule[r, 1], rule[r, 2]
         for d in range(3):
@@ -246,7 +246,8 @@ def fitted_weights(
         for k in range(25):
             for i in range(5):
                 out[k, i] = 0.0
-        count = _no_points(points)
+        _clear(points)
+        count = np.int64(0)
         own = samples[e]
         for k in range(s):
             for j in range(s):

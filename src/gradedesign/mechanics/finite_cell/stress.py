@@ -121,7 +121,7 @@ def displacement_at(
         space.nodes,
         u,
         element,
-        reference,
+        np.ascontiguousarray(reference),
         values,
     )
     return values

@@ -9,6 +9,8 @@ Modes are numbered by their factors: x counts 4, y counts 2, z counts 1. So are 
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
@@ -182,9 +184,11 @@ def stiffness_product(
     for t in range(low, high):
         for ix in range(t * nx // SLABS, (t + 1) * nx // SLABS):
             jx = ix + 1 if ix + 1 < nx else 0
-            q, end, iy = first[ix * ny], first[(ix + 1) * ny], 0
+            q, end, pieces = first[ix * ny], first[(ix + 1) * ny], 0
+            iy: Any = np.int64(0)
             while q < end:
-                used, pieces = 0, 0
+                used: Any = np.int64(0)
+                pieces = 0
                 for i in range(ROW):
                     modulus[i] = 0.0
                 while q < end and used + runs[q, 1] <= SLOTS:
