@@ -17,10 +17,9 @@ from PIL import Image
 from gradedesign.arrays import Field
 from gradedesign.errors import GradeDesignError
 from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.cells import cell_increments, cell_pair, row_weights
 from gradedesign.geometry.cell.family import CellFamily
-from gradedesign.geometry.cell.increments import cell_increments
 from gradedesign.geometry.cell.shape import evaluate_shape, spread_points
-from gradedesign.geometry.cell.transition import cell_transition
 from gradedesign.geometry.contour.surface import extract_surface
 from gradedesign.geometry.maps.cell_map import CellMap, uniform_map
 from gradedesign.geometry.maps.conformal_map import conformal_map
@@ -117,12 +116,12 @@ def gradings(families: dict[str, CellFamily]) -> Iterator[tuple[str, Callable[[]
         return graded(sheet, cell_map, even), (4.0, 4.0, 2.0), step
 
     def transition() -> Picture:
-        mixed = cell_transition(calibrate(sheet), calibrate(struts))
+        mixed = cell_pair(calibrate(sheet), calibrate(struts))
 
         def field(points: np.ndarray) -> np.ndarray:
             s = np.clip((points[0] - 2.0) / 2.0, 0.0, 1.0)
-            weight = (s**2 * (3 - 2 * s))[None]
-            return mixed.shape(np.concatenate([points, weight])) - 0.3
+            weights = row_weights(s**2 * (3 - 2 * s), 2)
+            return mixed.shape(np.concatenate([points, weights])) - 0.3
 
         return bar(field)
 
@@ -146,7 +145,8 @@ def gradings(families: dict[str, CellFamily]) -> Iterator[tuple[str, Callable[[]
 
         def field(points: np.ndarray) -> np.ndarray:
             s = np.clip((points[0] - 0.5) / 5.0, 0.0, 1.0)
-            return cells.shape(np.concatenate([points, (s**2 * (3 - 2 * s))[None]])) - 0.2
+            weights = row_weights(s**2 * (3 - 2 * s), 5)
+            return cells.shape(np.concatenate([points, weights])) - 0.2
 
         return bar(field)
 

@@ -12,6 +12,7 @@ def density_error(transition, density, *, length=2, pure=1):
     for n in range(2 * pure + length):
         u = points + np.array([[n], [0], [0]])
         s = np.clip((u[0] - pure) / length, 0.0, 1.0)
-        values = transition.shape(np.concatenate([u, (s**2 * (3 - 2 * s))[None]]))
+        share = s**2 * (3 - 2 * s)
+        values = transition.shape(np.concatenate([u, [1 - share, share]]))
         worst = max(worst, abs(float(np.mean(values <= density)) - density))
     return worst

@@ -7,6 +7,7 @@ import pytest
 import trimesh
 
 from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.cells import single
 from gradedesign.geometry.formats.printed_lattice import MeasuredField, PrintedLattice
 from gradedesign.geometry.lattice.dense_lattice import dense_lattice, strut_lattice
 from gradedesign.geometry.lattice.domain import DesignDomain
@@ -56,13 +57,10 @@ def design_of(cell, *, rotation=None, net=True, **parameters):
             upper=surface.vertices.max(axis=0),
             nets=nets,
         ),
-        shape=family.shape,
-        level_of=calibrated.level_of,
+        cells=single(calibrated),
         cell_map=uniform_map(2.0, (0.3, 0.1, 0.7), rotation),
         cell_size=2.0,
         density=0.2,
-        parameters=calibrated.parameters,
-        axes=calibrated.axes,
     )
     return surface, design
 

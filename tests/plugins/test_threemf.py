@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.cells import single
 from gradedesign.geometry.formats.printed_lattice import PrintedLattice
 from gradedesign.geometry.formats.read_back_3mf import read_back
 from gradedesign.geometry.formats.write_3mf import BALLS, BEAMS, CORE, export_3mf_beams
@@ -157,12 +158,10 @@ def test_lib3mf_reads_twenty_thousand_struts(tmp_path, graded):
             lower=np.zeros(3),
             upper=size,
         ),
-        shape=cell.family.shape,
-        level_of=cell.level_of,
+        cells=single(cell),
         cell_map=uniform_map(6.0),
         cell_size=6.0,
         density=ramp if graded else 0.1,
-        axes=cell.axes,
     )
     beams = beam_lattice(design, part)
     assert len(beams.beams) > 20_000

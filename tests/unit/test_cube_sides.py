@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from plain_cells import plain_cells
 
 from gradedesign.geometry.contour._side_kernels import (
     BESIDE,
@@ -124,8 +125,7 @@ def design(domain):
     """Flat sheets, slanted in x and z."""
     return LatticeDesign(
         domain=domain,
-        shape=lambda u: np.abs(np.mod(u[0] + 0.5 * u[2], 1.0) - 0.5),
-        level_of=lambda rho: np.asarray(rho) / 2,
+        cells=plain_cells(lambda u: np.abs(np.mod(u[0] + 0.5 * u[2], 1.0) - 0.5), 0.0, 0.5),
         cell_map=lambda x: x / 8.0,
         cell_size=8.0,
         density=0.4,

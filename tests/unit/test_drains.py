@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from plain_cells import plain_cells
 
 from gradedesign.design.case.read_generate import load_generate_case
 from gradedesign.errors import CaseError, ResourceError
@@ -43,8 +44,7 @@ def designed(folder, more):
     part = read_part(case, {})
     design = LatticeDesign(
         domain=design_domain(case, part),
-        shape=gyroid_sheet,
-        level_of=lambda rho: 1.4 * rho,
+        cells=plain_cells(gyroid_sheet, 0.0, 1.4),
         cell_map=lambda p: np.asarray(p) / 8.0,
         cell_size=8.0,
         density=0.25,
@@ -76,8 +76,7 @@ def test_rooms_of_a_box_are_its_closed_voids():
             upper=size,
             skins=(Skin(thickness=1.0),),
         ),
-        shape=lambda u: np.abs(u[0] - 0.5) - 0.05,
-        level_of=lambda rho: 0.0 * rho,
+        cells=plain_cells(lambda u: np.abs(u[0] - 0.5) - 0.05),
         cell_map=lambda p: np.asarray(p) / 10.0,
         cell_size=10.0,
         density=0.2,

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from plain_cells import plain_cells
 
 from gradedesign.design.case.read_generate import load_generate_case
 from gradedesign.errors import CaseError, ResourceError
@@ -55,8 +56,7 @@ def solid_volume(domain, band=None):
     """Of a lattice that has no solid of its own."""
     empty = LatticeDesign(
         domain=domain,
-        shape=lambda u: np.ones(u.shape[1:]) + 0.1 * u[0],
-        level_of=lambda rho: rho * 0,
+        cells=plain_cells(lambda u: np.ones(u.shape[1:]) + 0.1 * u[0]),
         cell_map=lambda p: np.asarray(p) / 8.0,
         cell_size=8.0,
         density=0.3,

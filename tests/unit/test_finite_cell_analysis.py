@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from plain_cells import plain_cells
 
 from gradedesign.errors import LatticeError, ResourceError
 from gradedesign.geometry.contour.surface import extract_surface
@@ -56,8 +57,7 @@ def bar(memory=8e9, field=None):
     )
     design = LatticeDesign(
         domain=DesignDomain(distance=box, lower=(0, 0, 0), upper=BOX, skins=(Skin(thickness=1.5),)),
-        shape=lambda u: np.cos(2 * np.pi * u).sum(axis=0),
-        level_of=lambda rho: 6.0 * rho - 3.0,
+        cells=plain_cells(lambda u: np.cos(2 * np.pi * u).sum(axis=0), -3.0, 3.0),
         cell_map=lambda p: p / 2.0,
         cell_size=2.0,
         density=0.3,

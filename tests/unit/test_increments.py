@@ -7,8 +7,8 @@ import pytest
 
 from gradedesign.design.case.read_generate import load_generate_case
 from gradedesign.errors import CaseError, DensityError
+from gradedesign.geometry.cell.cells import cell_increments, row_weights
 from gradedesign.geometry.cell.family import CellFamily
-from gradedesign.geometry.cell.increments import cell_increments
 from gradedesign.geometry.cell.shape import spread_points
 from gradedesign.program.generate.generate import generate
 from gradedesign.program.host.registry import build_registry
@@ -37,14 +37,13 @@ def steps():
 
 
 def at(share):
-    return np.concatenate([POINTS, np.full((1, POINTS.shape[1]), share)])
+    return np.concatenate([POINTS, row_weights(np.full(POINTS.shape[1], share), 5)])
 
 
 def test_increments_are_the_family_itself(steps):
-    np.testing.assert_allclose(steps.values, [0.2, 0.15, 0.1, 0.05, 0.0])
-    for n in range(5):
-        cell = steps.cells[n]
-        assert cell.parameters == {"amplitude": pytest.approx(steps.values[n]), "bars": 1.0}
+    for n, amplitude in enumerate([0.2, 0.15, 0.1, 0.05, 0.0]):
+        cell = steps.members[n]
+        assert cell.parameters == {"amplitude": pytest.approx(amplitude), "bars": 1.0}
         exact = waving(POINTS, **cell.parameters) <= cell.level_of(0.3)
         np.testing.assert_array_equal(steps.shape(at(n / 4)) <= 0.3, exact)
 
@@ -59,7 +58,7 @@ def test_the_density_between_increments_is_the_one_asked_for(steps):
 
 def test_levels_are_densities_of_the_common_window(steps):
     low, high = steps.window
-    assert low == max(c.window[0] for c in steps.cells)
+    assert low == max(c.window[0] for c in steps.members)
     assert float(steps.level_of(0.3)) == 0.3
     with pytest.raises(DensityError, match=r"for all amplitude from 0\.2 to 0 at relative"):
         steps.level_of(high + 0.01)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from plain_cells import plain_cells
 
 from gradedesign.design.case.read_case import load_case
 from gradedesign.design.case.read_generate import load_generate_case
@@ -197,8 +198,7 @@ def test_cavity_that_is_open_to_the_outside_is_refused_with_the_place():
     )
     design = LatticeDesign(
         domain=domain,
-        shape=lambda u: np.ones(u.shape[1:]) + 0.1 * u[0],
-        level_of=lambda rho: rho * 0,
+        cells=plain_cells(lambda u: np.ones(u.shape[1:]) + 0.1 * u[0]),
         cell_map=lambda p: np.asarray(p) / 4.0,
         cell_size=4.0,
         density=0.3,

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from plain_cells import plain_cells
 
 from gradedesign.errors import LatticeError
 from gradedesign.geometry.contour.surface import extract_surface
@@ -35,14 +36,9 @@ def gyroid_sheet(u):
 _SORTED = np.sort(gyroid_sheet(np.random.default_rng(31).random((3, 200_000))))
 
 
-def level_of(rho):
-    return np.interp(rho, np.linspace(0, 1, len(_SORTED)), _SORTED)
-
-
 def design(**changes):
     settings = {
-        "shape": gyroid_sheet,
-        "level_of": level_of,
+        "cells": plain_cells(gyroid_sheet, *_SORTED),
         "cell_map": lambda p: p / 10.0,
         "cell_size": 10.0,
         "density": 0.3,
@@ -96,7 +92,7 @@ def test_field_is_negative_exactly_in_the_solid():
     )
     points = np.random.default_rng(23).uniform(-3, 43, size=(3, 50_000))
     distance = box_distance(points)
-    cell = gyroid_sheet(points / 10) < level_of(0.3)
+    cell = gyroid_sheet(points / 10) < np.quantile(_SORTED, 0.3)
     solid = (distance < 0) & (cell | (distance > -1.2) | (points[0] < 3.0))
     np.testing.assert_array_equal(lattice_field(d)(points) < 0, solid)
     np.testing.assert_array_equal(lattice_field(d, band=1.5)(points) < 0, solid)
@@ -140,7 +136,9 @@ def test_surface_volume_equals_the_field():
 
 def test_gradient_of_a_distance_is_one():
     rods = design(
-        shape=lambda u: np.hypot(*(u[:2] % 1 - 0.5)), level_of=lambda rho: np.sqrt(rho / np.pi)
+        cells=plain_cells(
+            lambda u: np.hypot(*(u[:2] % 1 - 0.5)), *np.sqrt(np.linspace(0, 1, 1001) / np.pi)
+        )
     )
     assert cell_gradient(rods) == pytest.approx(1.0, rel=1e-6)
 
@@ -160,7 +158,7 @@ def test_cell_values_are_about_millimetres():
 
 
 def test_parameters_reach_the_shape():
-    d = design(shape=lambda u, lift: gyroid_sheet(u) + lift, parameters={"lift": 5.0})
+    d = design(cells=plain_cells(lambda u, lift: gyroid_sheet(u) + lift, lift=5.0))
     assert (lattice_field(d)(fine_points(10)) > 0).all()
 
 
@@ -180,7 +178,7 @@ def test_impossible_designs_are_refused(changes, match):
 
 def test_constant_shape_is_refused():
     with pytest.raises(LatticeError, match="gradient 0"):
-        lattice_field(design(shape=lambda u: np.ones(u.shape[1:])))
+        lattice_field(design(cells=plain_cells(lambda u: np.ones(u.shape[1:]))))
 
 
 def test_negative_band_is_refused():

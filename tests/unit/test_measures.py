@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from plain_cells import plain_cells
 
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign
@@ -118,7 +119,7 @@ def test_equal_cubes_keep_cubes_and_unequal_edges_do_not():
     def design(cell_map):
         return LatticeDesign(
             domain=DesignDomain(distance=lambda x: x[0], lower=np.zeros(3), upper=np.ones(3)),
-            shape=lambda u: u[0], level_of=lambda r: r, cell_map=cell_map,
+            cells=plain_cells(lambda u: u[0], 0.0, 1.0), cell_map=cell_map,
             cell_size=8.0, density=0.3,
         )  # fmt: skip
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from plain_cells import plain_cells
 from scipy import ndimage
 
 from gradedesign.design.case.read_generate import load_generate_case
@@ -51,8 +52,7 @@ def bar(angle, **net):
             upper=size,
             nets=(NetSkin(outward=lambda p: growth(distance, p), **net),) if net else (),
         ),
-        shape=strut,
-        level_of=lambda rho: 0.0 * rho,
+        cells=plain_cells(strut),
         cell_map=lambda p: np.asarray(p) / 16.0,
         cell_size=16.0,
         density=0.1,
@@ -86,8 +86,7 @@ def test_net_of_a_grown_part_is_that_of_the_part_inside():
     design = bar(0.4, thickness=0.5, reach=4.0)
     larger = LatticeDesign(
         domain=grown(design.domain, 0.7),
-        shape=design.shape,
-        level_of=design.level_of,
+        cells=design.cells,
         cell_map=design.cell_map,
         cell_size=16.0,
         density=0.1,
@@ -110,12 +109,10 @@ def test_net_of_a_ball_is_one_piece(cell):
     )
     design = LatticeDesign(
         domain=ball,
-        shape=family.shape,
-        level_of=lambda rho: 0.1 + 0.0 * rho,
+        cells=plain_cells(family.shape, 0.1, 0.1, **family.parameters),
         cell_map=lambda p: np.asarray(p) / 5.0,
         cell_size=5.0,
         density=0.1,
-        parameters=family.parameters,
     )
     axis = (np.arange(60) + 0.5) * 0.3 - 9.0
     points = np.array(np.meshgrid(axis, axis, axis, indexing="ij"))

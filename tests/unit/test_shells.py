@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
+from plain_cells import plain_cells
 
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign
@@ -15,8 +16,7 @@ from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_poin
 
 #: Nothing is solid but the skin.
 NOTHING = {
-    "shape": lambda u: np.ones(u.shape[1:]) + 0.1 * u[0],
-    "level_of": lambda rho: rho * 0,
+    "cells": plain_cells(lambda u: np.ones(u.shape[1:]) + 0.1 * u[0]),
     "cell_map": lambda p: np.asarray(p) / 4.0,
     "cell_size": 4.0,
     "density": 0.3,

@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from plain_cells import plain_cells
 
 from gradedesign.design.case.read_generate import load_generate_case
 from gradedesign.errors import CaseError
@@ -34,8 +35,7 @@ def grid(n=48):
 def design(shape=lambda u: np.ones(u.shape[1:]) + 0.1 * u[0], **domain):
     return LatticeDesign(
         domain=DesignDomain(distance=box_distance(), lower=(0, 0, 0), upper=SIZE, **domain),
-        shape=shape,
-        level_of=lambda rho: rho * 0,
+        cells=plain_cells(shape),
         cell_map=lambda p: np.asarray(p) / 4.0,
         cell_size=4.0,
         density=0.3,

@@ -3,6 +3,7 @@
 import manifold3d
 import numpy as np
 import pytest
+from plain_cells import plain_cells
 
 from gradedesign.geometry.lattice.density_grid import DensityGrid
 from gradedesign.geometry.lattice.domain import DesignDomain
@@ -52,8 +53,7 @@ def slabs_design(density, **more):
 
     return LatticeDesign(
         domain=DesignDomain(distance=part, lower=[0, 0, 0], upper=[40, 10, 10], **more),
-        shape=lambda u: np.abs(u[2] - np.floor(u[2]) - 0.5),
-        level_of=lambda rho: np.asarray(rho) / 2,
+        cells=plain_cells(lambda u: np.abs(u[2] - np.floor(u[2]) - 0.5), 0.0, 0.5),
         cell_map=lambda p: p / 10.0,
         cell_size=10.0,
         density=density,

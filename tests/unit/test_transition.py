@@ -11,10 +11,10 @@ from oracles.transition_density import density_error
 
 from gradedesign.errors import DensityError, LatticeError
 from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.cells import cell_pair
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.neck import joining_shift, measure_neck
 from gradedesign.geometry.cell.shape import spread_points
-from gradedesign.geometry.cell.transition import cell_transition
 
 
 def square_distance(u, *axes):
@@ -55,12 +55,12 @@ POINTS = spread_points(60_000)
 
 
 def at(weight):
-    return np.concatenate([POINTS, np.full((1, POINTS.shape[1]), weight)])
+    return np.concatenate([POINTS, [np.full(POINTS.shape[1], w) for w in (1 - weight, weight)]])
 
 
 @pytest.mark.parametrize("scale", ["rank", "distance"])
 def test_the_ends_are_the_families_themselves(scale):
-    mixed = cell_transition(struts(), sheets(), scale=scale, shift=(0.5, 0.0, 0.0))
+    mixed = cell_pair(struts(), sheets(), scale=scale, shift=(0.5, 0.0, 0.0))
     moved = POINTS - np.array([[0.5], [0], [0]])
     for weight, family, u in ((0.0, struts(), POINTS), (1.0, sheets(), moved)):
         g = family.family.shape(u)
@@ -71,7 +71,7 @@ def test_the_ends_are_the_families_themselves(scale):
 
 @pytest.mark.parametrize("scale", ["rank", "distance"])
 def test_the_density_of_every_mix_is_the_one_asked_for(scale):
-    mixed = cell_transition(struts(), sheets(), scale=scale)
+    mixed = cell_pair(struts(), sheets(), scale=scale)
     for weight in (0.03, 0.21, 0.5, 0.77):
         values = mixed.shape(at(weight))
         assert values.min() >= 0
@@ -86,21 +86,21 @@ def test_half_way_it_is_neither_family():
     g = struts().family.shape(POINTS) + sheets().family.shape(POINTS)
     sheet_alone = sheets().family.shape(POINTS) <= sheets().level_of(0.3)
     assert np.mean((g <= np.quantile(g, 0.3)) != sheet_alone) < 0.02
-    mixed = cell_transition(struts(), sheets())
+    mixed = cell_pair(struts(), sheets())
     half = mixed.shape(at(0.5)) <= 0.3
     for weight in (0.0, 1.0):
         assert np.mean(half != (mixed.shape(at(weight)) <= 0.3)) > 0.1
 
 
 def test_without_a_weight_it_is_one_half():
-    mixed = cell_transition(struts(), sheets())
+    mixed = cell_pair(struts(), sheets())
     np.testing.assert_array_equal(mixed.shape(POINTS), mixed.shape(at(0.5)))
-    grid = at(0.25).reshape(4, 100, 600)
+    grid = at(0.25).reshape(5, 100, 600)
     np.testing.assert_array_equal(mixed.shape(grid).ravel(), mixed.shape(at(0.25)))
 
 
 def test_families_without_a_common_density_are_refused():
-    mixed = cell_transition(struts(), sheets())
+    mixed = cell_pair(struts(), sheets())
     assert mixed.window == (
         max(struts().window[0], sheets().window[0]), min(struts().window[1], sheets().window[1]),
     )  # fmt: skip
@@ -109,7 +109,7 @@ def test_families_without_a_common_density_are_refused():
 
 
 def test_the_neck_of_struts_is_their_diameter():
-    mixed = cell_transition(struts(), struts())
+    mixed = cell_pair(struts(), struts())
     neck = measure_neck(mixed, 0.2, resolution=40)
     diameter = 2 * float(struts().level_of(0.2))
     assert neck.components == 1
@@ -121,12 +121,12 @@ def test_the_neck_of_struts_is_their_diameter():
 
 
 def test_struts_that_pass_each_other_are_moved_to_join():
-    plain = measure_neck(cell_transition(struts(), middle()), 0.12, length=1.0, resolution=16)
+    plain = measure_neck(cell_pair(struts(), middle()), 0.12, length=1.0, resolution=16)
     assert plain.components > 1
     assert plain.width == 0
     shift = joining_shift(struts(), middle(), 0.12, length=1.0, resolution=16)
     assert any(shift)
-    joined = cell_transition(struts(), middle(), shift=shift)
+    joined = cell_pair(struts(), middle(), shift=shift)
     neck = measure_neck(joined, 0.12, length=1.0, resolution=16)
     assert neck.components == 1
     assert neck.width > 0
@@ -135,4 +135,4 @@ def test_struts_that_pass_each_other_are_moved_to_join():
 
 def test_a_bar_without_length_is_refused():
     with pytest.raises(LatticeError, match="cannot be measured"):
-        measure_neck(cell_transition(struts(), struts()), 0.2, length=0.0)
+        measure_neck(cell_pair(struts(), struts()), 0.2, length=0.0)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from plain_cells import plain_cells
 
 from gradedesign.design.printing.feather_edges import feather_edges
 from gradedesign.geometry.lattice.domain import DesignDomain, PassiveRegion
@@ -22,8 +23,7 @@ SIZE = (12.0, 8.0, 8.0)
 def _design(**changes) -> LatticeDesign:
     """Flat sheets of half a cell normal to y, so that every volume is known."""
     values = {
-        "shape": lambda u: np.abs(np.mod(u[1], 1.0) - 0.5),
-        "level_of": lambda rho: np.asarray(rho) / 2,
+        "cells": plain_cells(lambda u: np.abs(np.mod(u[1], 1.0) - 0.5), 0.0, 0.5),
         "cell_map": lambda x: x / 8.0,
         "cell_size": 8.0,
         "density": 0.5,
@@ -74,7 +74,7 @@ def _slanted(angle_deg, least_rim=0.0) -> LatticeDesign:
         least_rim=least_rim,
     )  # fmt: skip
     return LatticeDesign(
-        domain=domain, shape=sheets, level_of=lambda rho: np.asarray(rho) / 2,
+        domain=domain, cells=plain_cells(sheets, 0.0, 0.5),
         cell_map=lambda x: x / 10.0, cell_size=10.0, density=0.2,
     )  # fmt: skip
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.cells import single
 from gradedesign.geometry.cell.wall_size import wall_mm
 from gradedesign.geometry.lattice.density_grid import DensityGrid
 from gradedesign.geometry.lattice.domain import DesignDomain
@@ -43,8 +44,7 @@ def ramp(calibration, cells=CELLS):
 
     design = LatticeDesign(
         domain=DesignDomain(distance=part, lower=[0, 0, 0], upper=edges),
-        shape=calibration.family.shape,
-        level_of=calibration.level_of,
+        cells=single(calibration),
         cell_map=lambda p: p / SIZE,
         cell_size=SIZE,
         density=DensityGrid(
@@ -52,7 +52,6 @@ def ramp(calibration, cells=CELLS):
             spacing=period,
             values=np.broadcast_to(values[:, None, None], (len(values), 4, 4)),
         ),
-        parameters=calibration.parameters,
     )
     return design, box_surface(tuple(edges)), period
 

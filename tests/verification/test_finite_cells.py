@@ -20,6 +20,7 @@ from finite_cell_solids import (
     region,
     stress_sample,
 )
+from plain_cells import plain_cells
 from small_parts import zone_of
 
 from gradedesign.design.resolve.registry import lookup
@@ -468,8 +469,7 @@ def test_a_design_is_analysed_with_its_measures():
         domain=DesignDomain(
             distance=box_field(low, high), lower=low, upper=high, skins=(Skin(thickness=1.5),)
         ),
-        shape=lambda u: np.cos(2 * np.pi * u).sum(axis=0),
-        level_of=lambda rho: 6.0 * rho - 3.0,
+        cells=plain_cells(lambda u: np.cos(2 * np.pi * u).sum(axis=0), -3.0, 3.0),
         cell_map=lambda p: p / 2.0,
         cell_size=2.0,
         density=0.3,

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from finite_cell_solids import STEEL, box_field, box_regions, load_case, newtons
+from plain_cells import plain_cells
 from small_parts import zone_of
 
 from gradedesign.common.system.progress import ignore
@@ -36,8 +37,7 @@ def test_a_file_of_half_the_section_moves_twice_as_far():
         domain=DesignDomain(
             distance=box_field(LOW, HIGH), lower=LOW, upper=HIGH, skins=(Skin(thickness=1.5),)
         ),
-        shape=lambda u: np.cos(2 * np.pi * u).sum(axis=0),
-        level_of=lambda rho: 6.0 * rho - 3.0,
+        cells=plain_cells(lambda u: np.cos(2 * np.pi * u).sum(axis=0), -3.0, 3.0),
         cell_map=lambda p: p / 2.0,
         cell_size=2.0,
         density=0.3,

@@ -11,9 +11,9 @@ import pytest
 from oracles.transition_density import density_error
 
 from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.cells import cell_pair
 from gradedesign.geometry.cell.neck import joining_shift, measure_neck
 from gradedesign.geometry.cell.shape import spread_points
-from gradedesign.geometry.cell.transition import cell_transition
 from gradedesign.program.host.registry import build_registry
 
 RHO = 0.3
@@ -32,7 +32,7 @@ def families():
 def require_transition(families, first, second):
     one, two = (calibrate(families[name]) for name in (first, second))
     shift = joining_shift(one, two, RHO)
-    mixed = cell_transition(one, two, shift=shift)
+    mixed = cell_pair(one, two, shift=shift)
     neck = measure_neck(mixed, RHO, resolution=24)
     assert neck.components == 1
     assert neck.floating < 0.005
@@ -42,7 +42,7 @@ def require_transition(families, first, second):
     assert density_error(mixed, RHO) < 0.04
     u = spread_points(20_000)
     for weight, cell, moved in ((0.0, one, u), (1.0, two, u - np.array(shift)[:, None])):
-        with_weight = np.concatenate([u, np.full((1, u.shape[1]), weight)])
+        with_weight = np.concatenate([u, [np.full(u.shape[1], w) for w in (1 - weight, weight)]])
         exact = cell.family.shape(moved, **cell.parameters) <= cell.level_of(RHO)
         np.testing.assert_array_equal(mixed.shape(with_weight) <= RHO, exact)
     return shift, neck

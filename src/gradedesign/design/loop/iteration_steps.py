@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -15,9 +14,9 @@ from gradedesign.design.resolve.cell_choice import CellChoice
 from gradedesign.design.resolve.problem import Problem
 from gradedesign.design.resolve.setup import Setup
 from gradedesign.design.resolve.thinnest_wall import thinnest_wall
-from gradedesign.design.resolve.zoning import cell_weights, node_windows
+from gradedesign.design.resolve.zoning import node_windows
 from gradedesign.errors import LatticeError
-from gradedesign.geometry.cell.shape import blamed_shape
+from gradedesign.geometry.cell.cells import single
 from gradedesign.geometry.contour.sample import grid_points
 from gradedesign.geometry.lattice.density_grid import DensityGrid, density_grid_from_elements
 from gradedesign.geometry.lattice.lattice import LatticeDesign
@@ -197,18 +196,12 @@ def density_grid(problem: Problem, cells: CellChoice, rho: FloatArray) -> Densit
 
 def build_design(problem: Problem, cells: CellChoice, grid: DensityGrid) -> LatticeDesign:
     """The lattice of a density field."""
-    cell, zoning = cells.cell, cells.zoning
-    mix = None if zoning is None else zoning.mix
     return LatticeDesign(
         domain=problem.domain,
-        shape=blamed_shape(cell.family) if mix is None else mix.shape,
-        level_of=cell.level_of if mix is None else mix.level_of,
+        cells=single(cells.cell) if cells.zoning is None else cells.zoning.cells,
         cell_map=cells.layout.cell_map,
         cell_size=cells.layout.typical,
         density=grid,
-        parameters=cell.parameters if mix is None else {},
-        weights=None if mix is None or zoning is None else partial(cell_weights, zoning),
-        axes=cell.axes if mix is None else None,
     )
 
 

@@ -49,4 +49,4 @@ def _elements_by_cell(cells: CellChoice, mesh: TetMesh) -> list[tuple[Cell, Bool
         return [(cells.cell, slice(None))]
     zones = cells.zoning.weights(centroids(mesh)).argmax(axis=0)
     numbers = np.array([zone.cell for zone in cells.zoning.zones])[zones]
-    return [(cell, numbers == k) for k, cell in enumerate(cells.zoning.cells)]
+    return [(cell, numbers == k) for k, cell in enumerate(cells.zoning.cells.members)]

@@ -52,7 +52,9 @@ def cells_in_zones(
     zoning = cells.zoning
     if zoning is None:
         return ((cells.cell, cells.bounds, cells.elements_per_wall),)
-    return tuple((zoning.cells[z.cell], z.bounds, z.elements_per_wall) for z in zoning.zones)
+    return tuple(
+        (zoning.cells.members[z.cell], z.bounds, z.elements_per_wall) for z in zoning.zones
+    )
 
 
 def element_bounds(cells: CellChoice) -> tuple[FloatArray, FloatArray]:

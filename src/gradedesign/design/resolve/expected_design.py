@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from gradedesign.design.resolve.analysable import EXPECTED_SHARE
 from gradedesign.geometry.cell.cell import Cell
-from gradedesign.geometry.cell.shape import blamed_shape
+from gradedesign.geometry.cell.cells import single
 from gradedesign.geometry.lattice.cell_layout import CellLayout
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign
@@ -21,10 +21,8 @@ def expected_design(
     """Lattice of the one density that is expected."""
     return LatticeDesign(
         domain=domain,
-        shape=blamed_shape(cell.family),
-        level_of=cell.level_of,
+        cells=single(cell),
         cell_map=layout.cell_map,
         cell_size=layout.typical,
         density=expected_density(bounds),
-        parameters=cell.parameters,
     )

@@ -158,7 +158,7 @@ def require_printable(resolved: ResolvedCase) -> None:
         resolved.lattice_files,
         resolved.domain,
         None if followed else resolved.layout.cell_map,
-        None if zones is not None and zones.mix is not None else resolved.cell.axes,
+        resolved.cell.axes if zones is None else zones.cells.axes,
     )
 
 

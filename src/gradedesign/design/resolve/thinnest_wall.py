@@ -18,7 +18,7 @@ def thinnest_wall(problem: Problem, cells: CellChoice, grid: DensityGrid) -> tup
     lattice, each with its own density and the shortest extent of its own cells. Zones of different
     cells: that of every cell where it is, and of their mixes.
     """
-    if cells.zoning is not None and cells.zoning.mix is not None:
+    if cells.zoning is not None and cells.zoning.cells.weights is not None:
         points = cells.layout.points
         return thinnest_feature(cells.zoning, points, evaluate(grid, points), cells.layout.least)
     wall = _thinnest(problem, cells, grid)

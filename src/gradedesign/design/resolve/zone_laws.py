@@ -78,7 +78,7 @@ def zone_laws(
             )
         bounds.append(zone_bounds)
     return ZoneLaws(
-        laws=tuple(laws[n] for n in range(len(zones.cells))),
+        laws=tuple(laws[n] for n in range(len(zones.cells.members))),
         bounds=tuple(bounds),
         warnings=tuple(warnings),
     )
@@ -128,13 +128,12 @@ def zoning(
         cells=zones.cells,
         laws=laws.laws,
         weights=zones.weights,
-        mix=zones.mix,
         factors=factors,
     )
     with locating(resolved.case.where, "zone"):
         windows = zone_windows(plain, centres)
         require_windows(plain, centres, windows)
-    return _with_windows(resolved.case, plain, windows), _mix_warnings(zones.cells, factors)
+    return _with_windows(resolved.case, plain, windows), _mix_warnings(zones.cells.members, factors)
 
 
 def _with_windows(case: Case, plain: Zoning, windows: tuple[FloatArray, FloatArray]) -> Zoning:
@@ -153,8 +152,6 @@ def _factors(
     on_event: Listener,
 ) -> dict[tuple[int, int], MixFactors]:
     """Factors of every transition."""
-    if zones.mix is None:
-        return {}
     factors = {}
     printer, edges = resolved.case.print, resolved.case.lattice.edges
 
@@ -162,12 +159,13 @@ def _factors(
         message = f"computing the mix {cell.name} at density {rho:.3g}"
         on_event(Event(stage="law", message=f"{message}; later runs find it in the cache"))
 
-    for (i, j), transition in zones.mix.transitions.items():
+    for i, j in zones.cells.blends:
         meeting = [zone.bounds for zone in made if zone.cell in (i, j)]
         bounds = min(b[0] for b in meeting), max(b[1] for b in meeting)
         with locating(resolved.case.where, "zone"):
             mix = mix_factors(
-                transition,
+                zones.cells,
+                (i, j),
                 (laws[i], laws[j]),
                 bounds,
                 poissons_ratio=resolved.material.poissons_ratio,

@@ -6,21 +6,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-import numpy as np
-
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.values.locate import locating
 from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.planned_law import PlannedLaw, planned_law
 from gradedesign.design.resolve.registry import Registry, lookup
 from gradedesign.design.resolve.resolve import cell_parameters, density_bounds
+from gradedesign.design.resolve.zoning import weights_of_cells
 from gradedesign.errors import CaseError, LatticeError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cell import Cell
-from gradedesign.geometry.cell.cell_mix import CellMix, largest_two
+from gradedesign.geometry.cell.cells import Cells, cell_pair, largest_two, single
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.neck import joining_shift, measure_neck
-from gradedesign.geometry.cell.transition import CellTransition, cell_transition
 from gradedesign.geometry.lattice.cell_layout import CellLayout
 from gradedesign.geometry.lattice.zone_weights import (
     require_zones_used,
@@ -65,10 +63,8 @@ class ResolvedZones:
         Points ``(3, ...)`` mm to ``(Z, ...)``.
     volume_share : tuple of float
         Of every zone in the lattice.
-    cells : tuple of Cell
-        Different ones.
-    mix : CellMix or None
-        None where all zones have one cell.
+    cells : Cells
+        Different ones, with their weights.
     narrowed : tuple of str
         Which windows narrowed the user's.
     """
@@ -76,13 +72,12 @@ class ResolvedZones:
     zones: tuple[ResolvedZone, ...]
     weights: Field
     volume_share: tuple[float, ...]
-    cells: tuple[Cell, ...]
-    mix: CellMix | None
+    cells: Cells
     narrowed: tuple[str, ...]
 
     def number_of(self, zone: ResolvedZone) -> int:
         """Number of a zone's cell."""
-        return next(n for n, cell in enumerate(self.cells) if cell is zone.cell)
+        return next(n for n, cell in enumerate(self.cells.members) if cell is zone.cell)
 
 
 def zone_case(case: Case, number: int) -> Case:
@@ -156,20 +151,18 @@ def resolve_zones(
             )
         zones.append(zone)
         narrowed += [f"zone {name!r}: {remark}" for remark in remarks]
-    cells = tuple(dict.fromkeys(zone.cell for zone in zones))
     _require_one_law(case, zones)
-    mix = None
-    if len(cells) > 1:
+    members = tuple(dict.fromkeys(zone.cell for zone in zones))
+    cells = single(first.cell)
+    if len(members) > 1:
         _require_strengths(zones)
-        number = [cells.index(zone.cell) for zone in zones]
         with locating(case.where, "zone"):
-            mix = _joined(case, zones, cells, number, at_points)
+            cells = _joined(case, zones, members, weights, at_points)
     return ResolvedZones(
         zones=tuple(zones),
         weights=weights,
         volume_share=tuple(float(w) for w in at_points.mean(axis=1)),
         cells=cells,
-        mix=mix,
         narrowed=tuple(narrowed),
     )
 
@@ -210,7 +203,7 @@ def _require_strengths(zones: Sequence[ResolvedZone]) -> None:
             )
 
 
-def meeting_cells(weights: FloatArray) -> list[tuple[int, int]]:
+def _meeting_cells(weights: FloatArray) -> list[tuple[int, int]]:
     """Pairs of cells, the lower number first, that mix anywhere; weights are ``(n, m)``."""
     first, second, share = largest_two(weights)
     at = (share > 0) & (share < 1)
@@ -220,25 +213,34 @@ def meeting_cells(weights: FloatArray) -> list[tuple[int, int]]:
 def _joined(
     case: Case,
     zones: Sequence[ResolvedZone],
-    cells: tuple[Cell, ...],
-    number: Sequence[int],
-    weights: FloatArray,
-) -> CellMix:
-    """Transitions of the cells that meet, moved so that they join.
+    members: tuple[Cell, ...],
+    weights: Field,
+    at_points: FloatArray,
+) -> Cells:
+    """Cells of zones, moved so that those that meet join.
+
+    Parameters
+    ----------
+    case : Case
+    zones : sequence of Z ResolvedZone
+    members : tuple of n Cell
+        Different ones.
+    weights : callable
+        Points to weights of the zones ``(Z, ...)``.
+    at_points : (Z, m) array
+        Weights at points that fill the lattice.
 
     Raises
     ------
     LatticeError
         If a transition falls apart.
     """
-    by_cell = np.zeros((len(cells), weights.shape[1]))
-    for n, weight in zip(number, weights, strict=True):
-        by_cell[n] += weight
+    number = [members.index(zone.cell) for zone in zones]
     length = min(zone_widths(case)) / case.lattice.cell_size
     shifts: dict[int, tuple[float, float, float]] = {0: (0.0, 0.0, 0.0)}
-    transitions: dict[tuple[int, int], CellTransition] = {}
-    for i, j in meeting_cells(by_cell):
-        first, second = cells[i], cells[j]
+    blends = {}
+    for i, j in _meeting_cells(weights_of_cells(number, at_points)):
+        first, second = members[i], members[j]
         low = max(first.window[0], second.window[0])
         least = max(
             low, min(z.bounds[0] for z, n in zip(zones, number, strict=True) if n in (i, j))
@@ -247,19 +249,22 @@ def _joined(
         if j not in shifts:
             moved = joining_shift(first, second, least, length=length)
             shifts[j] = _plus(start, moved, 1.0)
-        apart = _plus(shifts[j], start, -1.0)
-        transitions[i, j] = cell_transition(first, second, shift=apart)
-        neck = measure_neck(transitions[i, j], least, length=length, resolution=24)
+        pair = cell_pair(first, second, shift=_plus(shifts[j], start, -1.0))
+        neck = measure_neck(pair, least, length=length, resolution=24)
         if neck.components > 1 or neck.width == 0:
             raise LatticeError(
                 f"a transition of {length:.3g} cells from '{first.name}' to '{second.name}' at "
                 f"density {least:.3g} falls apart; use a higher density, a longer transition, "
                 f"other cells, or zones that do not touch"
             )
-    return CellMix(
-        cells=cells,
-        shifts=tuple(shifts.get(n, (0.0, 0.0, 0.0)) for n in range(len(cells))),
-        transitions=transitions,
+        blends[i, j] = pair.blends[0, 1]
+    return Cells(
+        members=members,
+        window=(min(c.window[0] for c in members), max(c.window[1] for c in members)),
+        exist=f"the cells {', '.join(cell.name for cell in members)} exist for",
+        shifts=tuple(shifts.get(n, (0.0, 0.0, 0.0)) for n in range(len(members))),
+        blends=blends,
+        weights=lambda points: weights_of_cells(number, weights(points)),
     )
 
 

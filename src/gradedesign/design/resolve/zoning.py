@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -12,7 +12,7 @@ from scipy.ndimage import maximum_filter, minimum_filter
 from gradedesign.arrays import Field, FloatArray, locked
 from gradedesign.errors import DensityError
 from gradedesign.geometry.cell.cell import Cell
-from gradedesign.geometry.cell.cell_mix import CellMix, largest_two
+from gradedesign.geometry.cell.cells import Cells, largest_two
 from gradedesign.geometry.cell.wall_size import wall_mm
 from gradedesign.mechanics.homogenise.mix_factors import MixFactors
 from gradedesign.mechanics.material.law_field import LawField
@@ -47,14 +47,12 @@ class Zoning:
     Attributes
     ----------
     zones : tuple of Zone
-    cells : tuple of Cell
+    cells : Cells
         Different ones, that of the first zone first.
     laws : tuple of ScalingLaw
         Of the cells.
     weights : callable
         Points ``(3, ...)`` mm to weights of the zones ``(Z, ...)``, together 1.
-    mix : CellMix or None
-        None where all zones have one cell.
     factors : mapping of (int, int) to MixFactors
         Of the cells that meet.
     windows : ((M,) array, (M,) array) or None
@@ -62,10 +60,9 @@ class Zoning:
     """
 
     zones: tuple[Zone, ...]
-    cells: tuple[Cell, ...]
+    cells: Cells
     laws: tuple[ScalingLaw, ...]
     weights: Field
-    mix: CellMix | None
     factors: Mapping[tuple[int, int], MixFactors]
     windows: tuple[FloatArray, FloatArray] | None = None
 
@@ -76,16 +73,11 @@ class Zoning:
             object.__setattr__(self, "windows", (low, high))
 
 
-def cell_weights(zoning: Zoning, points: FloatArray) -> FloatArray:
-    """Weights of the cells at points ``(3, ...)`` mm, ``(n, ...)``, together 1."""
-    return weights_of_cells(zoning, zoning.weights(points))
-
-
-def weights_of_cells(zoning: Zoning, weights: FloatArray) -> FloatArray:
-    """Weights of the cells ``(n, ...)`` from the weights of the zones ``(Z, ...)``."""
-    total = np.zeros((len(zoning.cells), *weights.shape[1:]))
-    for zone, weight in zip(zoning.zones, weights, strict=True):
-        total[zone.cell] += weight
+def weights_of_cells(number: Sequence[int], weights: FloatArray) -> FloatArray:
+    """Weights of cells ``(n, ...)`` from those of zones ``(Z, ...)`` and numbers of their cells."""
+    total = np.zeros((1 + max(number), *weights.shape[1:]))
+    for n, weight in zip(number, weights, strict=True):
+        total[n] += weight
     return total
 
 
@@ -98,7 +90,7 @@ def zone_windows(zoning: Zoning, points: FloatArray) -> tuple[FloatArray, FloatA
     weights = zoning.weights(points)
     ends = np.array([zone.bounds for zone in zoning.zones])
     low, high = weights.T @ ends[:, 0], weights.T @ ends[:, 1]
-    first, second, share = largest_two(weights_of_cells(zoning, weights))
+    first, second, share = largest_two(weights_of_cells([z.cell for z in zoning.zones], weights))
     for (i, j), factors in zoning.factors.items():
         at = np.flatnonzero((first == i) & (second == j) & (share > 0) & (share < 1))
         below = _interval(factors, share[at])
@@ -148,9 +140,9 @@ def require_windows(
 
 def zoned_laws(zoning: Zoning, points: FloatArray) -> LawField:
     """Laws of elements with their centres at points ``(3, M)`` mm."""
-    if zoning.mix is None:
+    if zoning.cells.weights is None:
         return LawField(laws=zoning.laws)
-    weights = cell_weights(zoning, points)
+    weights = zoning.cells.weights(points)
     first, second, share = largest_two(weights)
     stiffness, strength = np.ones(share.size), np.ones(share.size)
     for (i, j), factors in zoning.factors.items():
@@ -186,19 +178,19 @@ def thinnest_feature(
     """
     per_wall = [
         max(z.elements_per_wall for z in zoning.zones if z.cell == n)
-        for n in range(len(zoning.cells))
+        for n in range(len(zoning.laws))
     ]
-    first, second, share = largest_two(cell_weights(zoning, points))
+    first, second, share = largest_two(zoning.cells.weights_at(points))
     alone = np.where(share > 0.5, second, first)
     walls = []
-    for n, cell in enumerate(zoning.cells):
+    for n, cell in enumerate(zoning.cells.members):
         pure = ((share <= 0) | (share >= 1)) & (alone == n)
         if pure.any():
             walls.append((_wall(cell, float(density[pure].min()), size), per_wall[n]))
     for (i, j), factors in zoning.factors.items():
         at = (first == i) & (second == j) & (share > 0) & (share < 1)
         below = _interval(factors, share)
-        line = (zoning.cells[i], *factors.cells, zoning.cells[j])
+        line = (zoning.cells.members[i], *factors.cells, zoning.cells.members[j])
         for n in np.unique(below[at]):
             least = float(density[at & (below == n)].min())
             thin = min(_wall(cell, least, size) for cell in line[n : n + 2])

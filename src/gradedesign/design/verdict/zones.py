@@ -21,8 +21,8 @@ def zone_data(setup: Setup) -> dict[str, Any]:
     return {
         "zones": {
             zone.name: {
-                "cell": zoning.cells[zone.cell].name,
-                "parameters": dict(zoning.cells[zone.cell].parameters),
+                "cell": zoning.cells.members[zone.cell].name,
+                "parameters": dict(zoning.cells.members[zone.cell].parameters),
                 "law": zoning.laws[zone.cell].name,
                 "density_bounds": list(zone.bounds),
             }
@@ -69,7 +69,7 @@ def _transitions(zoning: Zoning) -> dict[str, Any]:
     return {
         "transitions": [
             {
-                "cells": [zoning.cells[i].name, zoning.cells[j].name],
+                "cells": [zoning.cells.members[i].name, zoning.cells.members[j].name],
                 "share_of_second": np.asarray(mix.share).tolist(),
                 "stiffness_factor": np.round(mix.stiffness, 4).tolist(),
                 "strength_factor": np.round(mix.strength, 4).tolist(),

@@ -1,4 +1,4 @@
-"""Connected components and narrowest neck of a transition between two cell families."""
+"""Connected components and narrowest neck of a transition between two cells."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from scipy.sparse.csgraph import connected_components
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import LatticeError
+from gradedesign.geometry.cell.blend import Scale
 from gradedesign.geometry.cell.cell import Cell
-from gradedesign.geometry.cell.transition import CellTransition, Scale, cell_transition
+from gradedesign.geometry.cell.cells import Cells, cell_pair
 
 #: Pieces below this share of the solid are fragments that the grid makes. Chosen, not measured.
 FRAGMENT_SHARE = 1e-3
@@ -57,7 +58,7 @@ class Neck:
 
 
 def measure_neck(
-    transition: CellTransition,
+    pair: Cells,
     density: float,
     *,
     length: float = 2.0,
@@ -68,7 +69,8 @@ def measure_neck(
 
     Parameters
     ----------
-    transition : CellTransition
+    pair : Cells
+        Two that pass into each other.
     density : float
     length : float, cells
         Of the transition; the weight rises by 3 s^2 - 2 s^3.
@@ -89,8 +91,8 @@ def measure_neck(
         )
     cells = 2 * pure + length
     x = np.arange(int(np.ceil(cells * resolution)) + 1) / resolution
-    values = _bar(transition, x, (x - pure) / length, resolution)
-    solid = values <= transition.level_of(density)
+    values = _bar(pair, x, (x - pure) / length, resolution)
+    solid = values <= pair.level_of(density)
     labels, count = _labels(solid)
     sizes = np.bincount(labels.ravel(), minlength=count + 1)[1:]
     at_ends = np.unique(np.concatenate([labels[0].ravel(), labels[-1].ravel()]))
@@ -104,7 +106,7 @@ def measure_neck(
     disconnected = [n for n in big if n != main and n in inner]
     area = solid.mean(axis=(1, 2)) / density
     widths = [
-        _width(_pure(transition, weight, resolution, pure) <= density, resolution)
+        _width(_pure(pair, weight, resolution, pure) <= density, resolution)
         for weight in (0.0, 1.0)
     ]
     return Neck(
@@ -141,8 +143,8 @@ def joining_shift(
     best: tuple[float, float, float] | None = None
     widest = (False, 0.0, 0.0)
     for shift in _SHIFTS:
-        transition = cell_transition(first, second, scale=scale, shift=shift)
-        neck = measure_neck(transition, density, length=length, resolution=resolution)
+        pair = cell_pair(first, second, scale=scale, shift=shift)
+        neck = measure_neck(pair, density, length=length, resolution=resolution)
         if neck.components == 1 and neck.width > 0:
             thinner = min(neck.first_width, neck.second_width)
             if not any(shift) and neck.width >= 0.5 * thinner and neck.area >= LEAST_AREA:
@@ -152,28 +154,26 @@ def joining_shift(
                 best, widest = shift, rank
     if best is None:
         raise LatticeError(
-            f"a transition of {length:g} cells from '{first.family.name}' to "
-            f"'{second.family.name}' at density {density:.3g} falls apart however they are moved; "
+            f"a transition of {length:g} cells from '{first.name}' to "
+            f"'{second.name}' at density {density:.3g} falls apart however they are moved; "
             f"use a higher density, a longer transition or other families"
         )
     return best
 
 
-def _bar(
-    transition: CellTransition, x: FloatArray, share: FloatArray, resolution: int
-) -> FloatArray:
+def _bar(pair: Cells, x: FloatArray, share: FloatArray, resolution: int) -> FloatArray:
     """Values of a bar of one cell across, ``(nx, n, n)``."""
     s = np.clip(share, 0.0, 1.0)
     # Nodes at simple fractions of the cell, where struts and sheets have their middle.
     across = np.arange(resolution) / resolution
     nodes = np.stack(np.meshgrid(x, across, across, indexing="ij"))
     weight = np.broadcast_to((s**2 * (3 - 2 * s))[:, None, None], nodes.shape[1:])
-    return transition.shape(np.concatenate([nodes, weight[None]]))
+    return pair.shape(np.concatenate([nodes, 1 - weight[None], weight[None]]))
 
 
-def _pure(transition: CellTransition, weight: float, resolution: int, cells: int) -> FloatArray:
+def _pure(pair: Cells, weight: float, resolution: int, cells: int) -> FloatArray:
     x = np.arange((cells + 1) * resolution + 1) / resolution
-    return _bar(transition, x, np.full(len(x), weight), resolution)
+    return _bar(pair, x, np.full(len(x), weight), resolution)
 
 
 def _labels(solid: BoolArray) -> tuple[IntArray, int]:

@@ -83,7 +83,7 @@ def beam_lattice(design: LatticeDesign, part: SurfaceMesh) -> BeamLattice:
     LatticeError
         If the lattice is not made of round struts in equal cubes.
     """
-    axes, cell_map = design.axes, design.cell_map
+    axes, cell_map = design.cells.axes, design.cell_map
     words = why_no_beams(axes, cell_map if isinstance(cell_map, CellMap) else None, design.domain)
     if words or axes is None or not isinstance(cell_map, CellMap):
         raise LatticeError(words)
@@ -177,7 +177,7 @@ def _points(cell_map: CellMap, u: FloatArray) -> FloatArray:
 
 def _radius(design: LatticeDesign, points: FloatArray, size: float) -> FloatArray:
     """Radius of the struts at points ``(..., 3)`` mm, ``(...)``, mm."""
-    return size * design.level_of(density_at(design, np.moveaxis(points, -1, 0)))
+    return size * design.cells.level_of(density_at(design, np.moveaxis(points, -1, 0)))
 
 
 def _touches(design: LatticeDesign, ends: FloatArray, radius: FloatArray) -> IntArray:

@@ -117,11 +117,10 @@ def strut_lattice(design: LatticeDesign, apart: float) -> DenseLattice | None:
     DenseLattice or None
         None where the lattice is of another kind.
     """
-    domain, cell_map, axes = design.domain, design.cell_map, design.axes
+    domain, cell_map, axes = design.domain, design.cell_map, design.cells.axes
     if (
         axes is None
         or isinstance(design.density, DensityGrid)
-        or design.weights is not None
         or not isinstance(cell_map, CellMap)
         or cell_map.inverse is None
         or not isinstance(domain.distance, SurfaceDistance)
@@ -180,6 +179,6 @@ def strut_arrays(design: LatticeDesign, axes: StrutAxes, cell_map: CellMap) -> S
         matrix,
         np.asarray(-np.linalg.solve(matrix, corner), dtype=np.float64),
         scale,
-        float(design.level_of(np.asarray(design.density, dtype=np.float64))),
+        float(design.cells.level_of(np.asarray(design.density, dtype=np.float64))),
         scale * float(np.linalg.norm(matrix, 2)),
     )

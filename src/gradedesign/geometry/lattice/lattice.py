@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from types import MappingProxyType
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.errors import LatticeError
-from gradedesign.geometry.cell.strut_axes import StrutAxes
+from gradedesign.geometry.cell.cells import Cells
 from gradedesign.geometry.lattice.density_grid import DensityGrid, evaluate
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.solid_layers import solid_layers, united
@@ -24,37 +23,22 @@ class LatticeDesign:
     ----------
     domain : DesignDomain
         The part, its skins and its passive regions.
-    shape : callable
-        The cell's ``g(u, **parameters)``; the solid is ``g <= t``.
-    level_of : callable
-        Relative density ``(...)`` to the level t ``(...)``.
+    cells : Cells
     cell_map : callable
         Points ``(3, ...)`` mm to cell coordinates u ``(3, ...)``.
     cell_size : float, mm
         Typical size of a cell; only scales the cell's values towards mm.
     density : DensityGrid or float
         Relative density, graded or uniform.
-    parameters : mapping of str to float
-        Keyword arguments of ``shape``.
-    weights : callable, optional
-        Points ``(3, ...)`` mm to weights of several cells ``(n, ...)``, which ``shape`` then takes
-        behind the cell coordinates.
-    axes : StrutAxes, optional
-        Of which ``shape`` is the distance, where the cell is made of round struts.
     """
 
     domain: DesignDomain
-    shape: Callable[..., FloatArray]
-    level_of: Callable[[FloatArray], FloatArray]
+    cells: Cells
     cell_map: Callable[[FloatArray], FloatArray]
     cell_size: float
     density: DensityGrid | float
-    parameters: Mapping[str, float] = field(default_factory=dict)
-    weights: Field | None = None
-    axes: StrutAxes | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
         if not self.cell_size > 0:
             raise LatticeError(f"cell size is {self.cell_size:g} mm, expected a positive size")
 
@@ -82,13 +66,13 @@ def cell_gradient(design: LatticeDesign) -> float:
     u = np.array(np.meshgrid(axis, axis, axis, indexing="ij")).reshape(3, -1)
     density = design.density
     middle = np.median(density.values) if isinstance(density, DensityGrid) else density
-    away = np.abs(design.shape(u, **design.parameters) - design.level_of(np.asarray(middle)))
+    away = np.abs(design.cells.shape(u) - design.cells.level_of(np.asarray(middle)))
     u = u[:, np.argsort(away, kind="stable")[: u.shape[1] // 8]]
     square = np.zeros(u.shape[1])
     step = 1e-4
     for shift in step * np.eye(3):
-        ahead = design.shape(u + shift[:, None], **design.parameters)
-        back = design.shape(u - shift[:, None], **design.parameters)
+        ahead = design.cells.shape(u + shift[:, None])
+        back = design.cells.shape(u - shift[:, None])
         square += ((ahead - back) / (2 * step)) ** 2
     gradient = float(np.median(np.sqrt(square)))
     if not (np.isfinite(gradient) and gradient > 0):
@@ -111,15 +95,17 @@ def cell_field(design: LatticeDesign, *, single: bool = False) -> Field:
     """
     scale = design.cell_size / cell_gradient(design)
     uniform = not isinstance(design.density, DensityGrid)
-    level = design.level_of(np.asarray(design.density, dtype=np.float64)) if uniform else None
+    cells = design.cells
+    level = cells.level_of(np.asarray(design.density, dtype=np.float64)) if uniform else None
 
     def cell(points: FloatArray) -> FloatArray:
         u = design.cell_map(points)
-        if design.weights is not None:
-            u = np.concatenate([u, design.weights(points)])
-        t = level if level is not None else design.level_of(density_at(design, points))
-        g = design.shape(u.astype(np.float32) if single else u, **design.parameters)
-        return scale * (g - t)
+        t = level if level is not None else cells.level_of(density_at(design, points))
+        if cells.excess is not None:
+            t = t + cells.excess(u)
+        if cells.weights is not None:
+            u = np.concatenate([u, cells.weights(points)])
+        return scale * (cells.shape(u.astype(np.float32) if single else u) - t)
 
     return cell
 

@@ -14,13 +14,14 @@ elsewhere: a level that changes slowly over a cell cannot say how a cell's halve
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray, locked
+from gradedesign.arrays import BoolArray, FloatArray, IntArray, locked
 from gradedesign.errors import ResourceError
 from gradedesign.geometry.cell.shape import spread_points
 from gradedesign.geometry.lattice._density_kernels import trilinear
@@ -77,7 +78,7 @@ class LocalLevel:
 
 
 def local_level(
-    shape: Field,
+    shape: Callable[[FloatArray, FloatArray], FloatArray],
     period: int,
     places: tuple[FloatArray, FloatArray, FloatArray],
     *,
@@ -88,7 +89,7 @@ def local_level(
     Parameters
     ----------
     shape : callable
-        Cell coordinates and a share ``(4, n)`` to the density at which points become solid.
+        Cell coordinates ``(3, n)`` and share ``(n,)`` to the density at which points become solid.
     period : int
         Cells after which it repeats; the density is held over so many.
     places : ((3, n) array, (n,) array, (n,) array)
@@ -138,7 +139,9 @@ def local_level(
     )
 
 
-def _solid_of_blocks(shape: Field, period: int, each: int) -> NDArray[np.float32]:
+def _solid_of_blocks(
+    shape: Callable[[FloatArray, FloatArray], FloatArray], period: int, each: int
+) -> NDArray[np.float32]:
     """Solid share of every block of a period at every share and level, ``(SHARES, b, LEVELS)``.
 
     ``each`` is the number of blocks along a cell.
@@ -149,7 +152,7 @@ def _solid_of_blocks(shape: Field, period: int, each: int) -> NDArray[np.float32
     count = np.bincount(number, minlength=edge**3)
     table = np.zeros((SHARES, edge**3, LEVELS), dtype=np.float32)
     for n, share in enumerate(np.linspace(0.0, 1.0, SHARES)):
-        rank = shape(np.concatenate([u, np.full((1, u.shape[1]), share)]))
+        rank = shape(u, np.full(u.shape[1], share))
         upper = np.ceil(np.clip(rank, 0.0, 1.0) * (LEVELS - 1)).astype(np.int64)
         first = np.bincount(number * LEVELS + upper, minlength=edge**3 * LEVELS)
         table[n] = np.cumsum(first.reshape(edge**3, LEVELS), axis=1) / count[:, None]

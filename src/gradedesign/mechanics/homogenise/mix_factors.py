@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from math import lcm
 
 import numpy as np
 import scipy.linalg
@@ -17,10 +19,12 @@ import scipy.linalg
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.common.system.cache import content_key, load_arrays, store_arrays
 from gradedesign.errors import DensityError
+from gradedesign.geometry.cell.blend import Blend
+from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cell import Cell
+from gradedesign.geometry.cell.cells import Cells
 from gradedesign.geometry.cell.content_key import cell_key
-from gradedesign.geometry.cell.mixed_cell import mixed_cell
-from gradedesign.geometry.cell.transition import CellTransition
+from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.wall_size import density_for_wall, wall_mm
 from gradedesign.mechanics.homogenise.cell_properties import cell_properties
 from gradedesign.mechanics.homogenise.sampling import CUBE, LEAST_VOXELS
@@ -64,10 +68,10 @@ class MixFactors:
             object.__setattr__(self, name, locked(getattr(self, name), (count,), name=name))
 
 
-def mix_windows(
-    transition: CellTransition, edges: Sequence[float] = CUBE
+def _mix_windows(
+    ends: tuple[Cell, Cell], blend: Blend, edges: Sequence[float]
 ) -> list[tuple[Cell, tuple[float, float]]]:
-    """Mixes of a transition at `SHARES`, with the densities at which they can be computed.
+    """Mixes of two cells at `SHARES`, with the densities at which they can be computed.
 
     Raises
     ------
@@ -76,13 +80,13 @@ def mix_windows(
     """
     mixes = []
     for share in SHARES:
-        cell = mixed_cell(transition, share)
+        cell = _mixed_cell(*ends, blend, share)
         voxel = cell.family.period * max(edges) / min(edges) / MOST_RESOLUTION
         low, high = cell.window
         floor = max(ABOVE_FLOOR * low, density_for_wall(cell, LEAST_VOXELS * voxel, 1.0))
         if floor >= high:
             raise DensityError(
-                f"the mix with {share:.0%} of '{transition.second.name}' exists for densities "
+                f"the mix with {share:.0%} of '{ends[1].name}' exists for densities "
                 f"{low:.3g} to {high:.3g}, with walls thick enough to compute it from "
                 f"{floor:.3g} on only; take other cells, or let their zones not touch"
             )
@@ -90,8 +94,38 @@ def mix_windows(
     return mixes
 
 
+@lru_cache(maxsize=64)
+def _mixed_cell(first: Cell, second: Cell, blend: Blend, share: float) -> Cell:
+    """Periodic cell that two cells make where the share of the second is the same everywhere.
+
+    Of no declared symmetry, its level the density itself.
+
+    Raises
+    ------
+    DensityError
+        If the mix is one connected piece with an open void at no density.
+    """
+
+    def shape(u: FloatArray) -> FloatArray:
+        flat = u.reshape(3, -1)
+        return blend.rank(flat, np.full(flat.shape[1], share)).reshape(u.shape[1:])
+
+    return calibrate(
+        CellFamily(
+            name=f"{first.name}-to-{second.name}-{round(100 * share)}",
+            shape=shape,
+            source=f"transition, {share:.0%} of {second.name}",
+            symmetry="none",
+            sides=2 if blend.sheets else 1,
+            period=lcm(first.family.period, second.family.period),
+            open_void=first.family.open_void and second.family.open_void,
+        )
+    )
+
+
 def mix_factors(
-    transition: CellTransition,
+    cells: Cells,
+    pair: tuple[int, int],
     laws: tuple[ScalingLaw, ScalingLaw],
     bounds: tuple[float, float],
     *,
@@ -99,15 +133,17 @@ def mix_factors(
     edges: Sequence[float] = CUBE,
     on_mix: Callable[[Cell, float], None] | None = None,
 ) -> MixFactors:
-    """Homogenise the mixes of a transition and compare them with the means of its cells.
+    """Homogenise the mixes of two cells and compare them with the means of both.
 
     Parameters
     ----------
-    transition : CellTransition
+    cells : Cells
+    pair : (int, int)
+        Numbers of two that meet.
     laws : (ScalingLaw, ScalingLaw)
-        Of its two cells.
+        Of these two.
     bounds : (float, float)
-        Densities that may occur in the transition.
+        Densities that may occur where they meet.
     poissons_ratio : float
         Of the base material.
     edges : (3,) sequence
@@ -123,9 +159,10 @@ def mix_factors(
         As `cell_properties`.
     """
     first, second = laws
-    rows = [(0.0, *first.window, 1.0, 1.0)]
-    cells = []
-    for share, (cell, window) in zip(SHARES, mix_windows(transition, edges), strict=True):
+    rows, mixes = [(0.0, *first.window, 1.0, 1.0)], []
+    ends = cells.members[pair[0]], cells.members[pair[1]]
+    windows = _mix_windows(ends, cells.blends[pair], edges)
+    for share, (cell, window) in zip(SHARES, windows, strict=True):
         low = max(window[0], first.window[0], second.window[0])
         high = min(window[1], first.window[1], second.window[1])
         a, b = max(low, bounds[0]), min(high, bounds[1])
@@ -143,7 +180,7 @@ def mix_factors(
             stiffness = min(stiffness, float(scipy.linalg.eigvalsh(mixed, mean)[0]))
             expected = (1 - share) * first.strength(at) + share * second.strength(at)
             strength = min(strength, float(strong / expected[0]))
-        cells.append(cell)
+        mixes.append(cell)
         rows.append((share, low, high, stiffness, strength))
     rows.append((1.0, *second.window, 1.0, 1.0))
     share_, low_, high_, stiffness_, strength_ = np.array(rows).T
@@ -153,7 +190,7 @@ def mix_factors(
         high=high_,
         stiffness=stiffness_,
         strength=strength_,
-        cells=tuple(cells),
+        cells=tuple(mixes),
     )
 
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from gradedesign.design.case.generate_schema import GenerateCase
 from gradedesign.design.resolve.lattice_files import chord_tolerance
+from gradedesign.geometry.cell.cells import Cells
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.printed_surface import STEPS_PER_WALL, VOLUME_ERROR, first_step
 from gradedesign.geometry.lattice.slab_density import FIELD_ERROR, SlabDensities, total
-from gradedesign.program.generate.stated_cells import StatedCells
 
 #: Share of a miss from which on its cause is told. Chosen, not measured.
 _TOLD = 0.2
@@ -36,7 +36,7 @@ class BesideCells:
 
 def density_warnings(
     case: GenerateCase,
-    cells: StatedCells,
+    cells: Cells,
     domain: DesignDomain,
     slabs: Sequence[SlabDensities],
     *,
@@ -51,7 +51,7 @@ def density_warnings(
     Parameters
     ----------
     case : GenerateCase
-    cells : StatedCells
+    cells : Cells
     domain : DesignDomain
     slabs : sequence of SlabDensities
         Across x, y and z.
@@ -123,9 +123,9 @@ def _solid(domain: DesignDomain) -> bool:
     return bool(domain.passive or domain.skins or domain.fillings)
 
 
-def _of_cells(cells: StatedCells, domain: DesignDomain) -> str:
+def _of_cells(cells: Cells, domain: DesignDomain) -> str:
     """Why the field holds more or less than the cells do on average, and what helps."""
-    period = max(used.family.period for used in cells.families)
+    period = max(used.family.period for used in cells.members)
     if period > 1:
         return (
             f"the cells are random and repeat after {period} of them, and a part of few of them "

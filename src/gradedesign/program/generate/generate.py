@@ -29,6 +29,7 @@ from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.resolve import resolve_material
 from gradedesign.design.verdict.printable import thickness_data, with_print_limits
 from gradedesign.design.verdict.result import RunResult
+from gradedesign.geometry.cell.cells import Cells
 from gradedesign.geometry.contour.islands import Islands
 from gradedesign.geometry.lattice.density_source import DensitySource
 from gradedesign.geometry.lattice.design_domain import design_domain
@@ -49,10 +50,8 @@ from gradedesign.mechanics.material.material import Material
 from gradedesign.program.generate.generate_files import write_generated
 from gradedesign.program.generate.layered import generate_layers, layers_alone
 from gradedesign.program.generate.stated_cells import (
-    BuiltCells,
-    StatedCells,
-    build_cells,
     least_density,
+    placed_cells,
     stated_cells,
     thinnest_wall,
 )
@@ -157,13 +156,11 @@ def _generate(
     require_cells_fit(case, part)
     with announce.stage("density"):
         cells = stated_cells(case, registry)
-        design, built, report = stated_design(case, part, cells, density)
+        design, report = stated_design(case, part, cells, density)
         cell_map = design.cell_map if isinstance(design.cell_map, CellMap) else None
-        require_writable(case, formats, design.domain, cell_map, design.axes)
+        require_writable(case, formats, design.domain, cell_map, cells.axes)
         wall = thinnest_wall(cells, least_density(design.density), case.lattice.cell_size)
-    stated = StatedLattice(
-        part=part, cells=cells, built=built, design=design, wall=wall, report=report
-    )
+    stated = StatedLattice(part=part, cells=cells, design=design, wall=wall, report=report)
     material = None if case.material is None else resolve_material(case.material, registry)
     if layers_alone(case, formats):
         return generate_layers(case, registry, stated, formats, material, (out, announce))
@@ -186,34 +183,27 @@ def _generate(
 
 
 def stated_design(
-    case: GenerateCase, part: Part, cells: StatedCells, source: DensitySource | None
-) -> tuple[LatticeDesign, BuiltCells, dict[str, Any]]:
+    case: GenerateCase, part: Part, cells: Cells, source: DensitySource | None
+) -> tuple[LatticeDesign, dict[str, Any]]:
     """The lattice as the case states it."""
     require_no_stress(case)
     domain = design_domain(case, part)
     density = stated_density(
         case, source, domain=domain, window=cells.window, level_of=cells.level_of
     )
-    for used in cells.families:
-        require_struts(case, used.family.name, struts=used.axes is not None)
+    for used in cells.members:
+        require_struts(case, used.name, struts=used.axes is not None)
     points = lattice_points(domain)
     require_lattice_left(case, points, domain)
-    cell_map, report = stated_map(case, part, cells.families[0], density, domain.distance, points)
-    built = build_cells(case, cells, cell_map, density=density, domain=domain)
+    cell_map, report = stated_map(case, part, cells.members[0], density, domain.distance, points)
+    placed, transition = placed_cells(case, cells, cell_map, density=density, domain=domain)
     design = LatticeDesign(
-        domain=domain,
-        shape=built.shape,
-        level_of=cells.level_of,
-        cell_map=built.cell_map,
-        cell_size=cell_map.size,
-        density=density,
-        parameters=built.parameters,
-        axes=cells.families[0].axes if len(cells.families) == 1 else None,
+        domain=domain, cells=placed, cell_map=cell_map, cell_size=cell_map.size, density=density
     )
     holes = drained(case, part, design, case.lattice.cell_size)
     design = replace(design, domain=replace(domain, drains=holes.drains))
     warnings = (*skin_warnings(case, part, domain), *drain_warnings(case, holes))
-    return design, built, {"cell_map": report, "warnings": warnings}
+    return design, {"cell_map": report, "transition": transition, "warnings": warnings}
 
 
 def build(case: GenerateCase, part: Part, design: LatticeDesign, wall: float) -> Generated:

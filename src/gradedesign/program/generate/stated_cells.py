@@ -2,84 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping
+from dataclasses import asdict, replace
 from functools import partial
-from math import lcm
 from typing import Any, Literal
 
 import numpy as np
 
-from gradedesign.arrays import Field, FloatArray
+from gradedesign.arrays import Field
 from gradedesign.common.values.formula import parse_formula
 from gradedesign.common.values.locate import locating
 from gradedesign.design.case.generate_schema import GenerateCase, TransitionSpec
 from gradedesign.design.resolve.registry import Registry, lookup
 from gradedesign.errors import CaseError
+from gradedesign.geometry.cell.blend import Scale
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cell import Cell
+from gradedesign.geometry.cell.cells import Cells, cell_increments, cell_pair, row_weights, single
 from gradedesign.geometry.cell.family import CellFamily
-from gradedesign.geometry.cell.increments import CellIncrements, cell_increments
 from gradedesign.geometry.cell.neck import joining_shift, measure_neck
-from gradedesign.geometry.cell.shape import blamed_shape, complete_parameters
-from gradedesign.geometry.cell.transition import Scale, cell_transition
+from gradedesign.geometry.cell.shape import complete_parameters
 from gradedesign.geometry.cell.wall_size import density_for_wall, wall_mm
+from gradedesign.geometry.contour.sample import grid_points
 from gradedesign.geometry.lattice.density_grid import DensityGrid, evaluate
 from gradedesign.geometry.lattice.density_source import sample_density
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.formula_density import formula_field
+from gradedesign.geometry.lattice.local_level import local_level
 from gradedesign.geometry.lattice.parameter_map_schema import ParameterMapSpec
-from gradedesign.program.generate.levelled_mix import levelled_mix
 
 #: The weight of a second family is kept on a grid with this many nodes per cell. Chosen, not
 #: measured.
 WEIGHT_NODES_PER_CELL = 8
+#: Places along a cell at which a mix looks up its share: one in every block of `local_level`.
+PLACES_PER_CELL = 12
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class StatedCells:
-    """One family, two that pass into each other, or one whose parameter changes.
-
-    Attributes
-    ----------
-    families : tuple of Cell
-        One, two that pass into each other, or the increments of a parameter.
-    window : (float, float)
-        Densities that all families have, with walls that can be printed.
-    level_of : callable
-        Relative density to level.
-    increments : CellIncrements or None
-    """
-
-    families: tuple[Cell, ...]
-    window: tuple[float, float]
-    level_of: Callable[[FloatArray | float], FloatArray]
-    increments: CellIncrements | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class BuiltCells:
-    """Cells of a lattice: shape function, its parameters, its coordinates.
-
-    Attributes
-    ----------
-    shape : callable
-    parameters : mapping of str to float
-    cell_map : callable
-        Points ``(3, ...)`` mm to cell coordinates, with the weight as fourth if there are two
-        families.
-    transition : mapping
-        Measures of the transition, or of the parameter, for the result; else empty.
-    """
-
-    shape: Callable[..., FloatArray]
-    parameters: Mapping[str, float]
-    cell_map: Field
-    transition: Mapping[str, Any]
-
-
-def stated_cells(case: GenerateCase, registry: Registry) -> StatedCells:
-    """Look up and calibrate the families of a case.
+def stated_cells(case: GenerateCase, registry: Registry) -> Cells:
+    """Look up and calibrate the families of a case; their window is of walls that can be printed.
 
     Raises
     ------
@@ -91,62 +51,52 @@ def stated_cells(case: GenerateCase, registry: Registry) -> StatedCells:
     spec = case.lattice
     if spec.parameter_map is not None:
         return _with_floor(case, _incremented(case, registry, spec.parameter_map))
-    families = [_calibrated(case, registry, "lattice", spec.cell, spec.parameters)]
-    level_of = families[0].level_of
-    window = families[0].window
-    if spec.transition is not None:
-        second = spec.transition
-        key = "lattice.transition"
-        families.append(_calibrated(case, registry, key, second.cell, second.parameters))
-        with locating(case.where, key):
-            plain = cell_transition(families[0], families[1], scale=_scale(second))
-        level_of, window = plain.level_of, plain.window
-    cells = StatedCells(families=tuple(families), window=window, level_of=level_of)
-    return _with_floor(case, cells)
+    first = _calibrated(case, registry, "lattice", spec.cell, spec.parameters)
+    if spec.transition is None:
+        return _with_floor(case, single(first))
+    second = spec.transition
+    key = "lattice.transition"
+    other = _calibrated(case, registry, key, second.cell, second.parameters)
+    with locating(case.where, key):
+        return _with_floor(case, cell_pair(first, other, scale=_scale(second)))
 
 
-def _with_floor(case: GenerateCase, cells: StatedCells) -> StatedCells:
+def _with_floor(case: GenerateCase, cells: Cells) -> Cells:
     """The cells above the density whose walls can be printed."""
     least = None if case.print is None else case.print.min_wall
     if least is None:
         return cells
     with locating(case.where, "print.min_wall"):
-        floors = [density_for_wall(c, least, case.lattice.cell_size) for c in cells.families]
+        floors = [density_for_wall(c, least, case.lattice.cell_size) for c in cells.members]
     return replace(cells, window=(max(cells.window[0], *floors), cells.window[1]))
 
 
-def _incremented(case: GenerateCase, registry: Registry, spec: ParameterMapSpec) -> StatedCells:
+def _incremented(case: GenerateCase, registry: Registry, spec: ParameterMapSpec) -> Cells:
     """One family at the increments of a parameter."""
     with locating(case.where, "lattice.cell"):
         family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
     with locating(case.where, "lattice.parameters"):
         complete_parameters(family, case.lattice.parameters)
     with locating(case.where, "lattice.parameter_map.parameter"):
-        increments = cell_increments(
+        return cell_increments(
             family, case.lattice.parameters, spec.parameter, spec.values, spec.increments
         )
-    return StatedCells(
-        families=increments.cells,
-        window=increments.window,
-        level_of=increments.level_of,
-        increments=increments,
-    )
 
 
-def build_cells(
+def placed_cells(
     case: GenerateCase,
-    cells: StatedCells,
+    cells: Cells,
     cell_map: Field,
     *,
     density: DensityGrid | float,
     domain: DesignDomain,
-) -> BuiltCells:
-    """Join families and map.
+) -> tuple[Cells, dict[str, Any]]:
+    """Cells with their weights, shifts and levels from place to place, and measures of these.
 
     Parameters
     ----------
     case : GenerateCase
-    cells : StatedCells
+    cells : Cells
     cell_map : callable
         Points ``(3, ...)`` mm to ``(3, ...)`` cell coordinates.
     density : DensityGrid or float
@@ -160,56 +110,67 @@ def build_cells(
     LatticeError
         If the transition falls apart.
     """
-    if cells.increments is not None:
-        share = parameter_share(case, cells.increments, density, domain)
-        mix, period = cells.increments.shape, cells.families[0].family.period
-        shape, mapped, kept = levelled_mix(case, (mix, period, share), cell_map, density, domain)
-        return BuiltCells(
-            shape=shape,
-            parameters={},
-            cell_map=mapped,
-            transition={
-                "parameter": cells.increments.parameter,
-                "values": cells.increments.values.tolist(),
-                **kept,
-            },
-        )
-    first, *others = cells.families
-    spec = case.lattice.transition
-    if spec is None:
-        return BuiltCells(
-            shape=blamed_shape(first.family),
-            parameters=first.parameters,
-            cell_map=cell_map,
-            transition={},
-        )
-    least, scale = least_density(density), _scale(spec)
-    with locating(case.where, "lattice.transition.weight"):
-        grid = _weight_grid(case, spec, domain)
-    with locating(case.where, "lattice.transition"):
-        shift = spec.shift
-        if shift is None:
-            shift = joining_shift(first, others[0], least, scale=scale)
-        mixed = cell_transition(first, others[0], scale=scale, shift=shift)
-        neck = measure_neck(mixed, least)
-    period = lcm(*(c.family.period for c in cells.families))
-    shape, mapped, kept = levelled_mix(
-        case, (mixed.shape, period, partial(evaluate, grid)), cell_map, density, domain
+    spec, measures = case.lattice, dict[str, Any]()
+    if spec.parameter_map is not None:
+        name = spec.parameter_map.parameter
+        share = parameter_share(case, spec.parameter_map, density, domain)
+        measures = {"parameter": name, "values": [c.parameters[name] for c in cells.members]}
+    elif spec.transition is not None:
+        with locating(case.where, "lattice.transition.weight"):
+            share = partial(evaluate, _weight_grid(case, spec.transition, domain))
+        with locating(case.where, "lattice.transition"):
+            cells, measures = _joined(cells, spec.transition, least_density(density))
+    else:
+        return cells, measures
+    cells, errors = _levelled(case, cells, share, cell_map, density, domain)
+    return cells, measures | errors
+
+
+def _joined(cells: Cells, spec: TransitionSpec, least: float) -> tuple[Cells, dict[str, Any]]:
+    """The cells of a transition, the second moved so that they join at a least density."""
+    (first, second), scale, shift = cells.members, _scale(spec), spec.shift
+    if shift is None:
+        shift = joining_shift(first, second, least, scale=scale)
+    pair = cell_pair(first, second, scale=scale, shift=shift)
+    return replace(pair, window=cells.window), {
+        "cell": second.name,
+        "parameters": dict(second.parameters),
+        "scale": spec.scale,
+        "shift_cells": list(shift),
+        "density": least,
+        "neck_over_two_cells": asdict(measure_neck(pair, least)),
+    }
+
+
+def _levelled(
+    case: GenerateCase,
+    cells: Cells,
+    share: Field,
+    cell_map: Field,
+    density: DensityGrid | float,
+    domain: DesignDomain,
+) -> tuple[Cells, dict[str, float]]:
+    """Cells with the level that gives every cell its density, and their errors of density.
+
+    ``share`` gives the place along the row of cells, 0 to 1, at points ``(3, ...)`` mm.
+    """
+    spacing, count = case.lattice.cell_size / PLACES_PER_CELL, len(cells.members)
+    x, y, z = (int(n) for n in np.ceil((domain.upper - domain.lower) / spacing))
+    middles = domain.lower + 0.5 * spacing
+    points = grid_points(middles, (0, 0, 0), (x, y, z), spacing).reshape(3, -1)
+    points = np.minimum(points, domain.upper[:, None])
+    rho = evaluate(density, points) if isinstance(density, DensityGrid) else density
+    found = local_level(
+        lambda u, share: cells.shape(np.concatenate([u, row_weights(share, count)])),
+        cells.period,
+        (cell_map(points), share(points), np.broadcast_to(rho, points.shape[1:])),
+        memory_limit_bytes=case.run.memory,
     )
-    return BuiltCells(
-        shape=shape,
-        parameters={},
-        cell_map=mapped,
-        transition={
-            "cell": others[0].family.name,
-            "parameters": dict(others[0].parameters),
-            "scale": spec.scale,
-            "shift_cells": list(shift),
-            "density": least,
-            "neck_over_two_cells": asdict(neck),
-            **kept,
-        },
-    )
+    placed = replace(cells, weights=lambda p: row_weights(share(p), count), excess=found.at)
+    return placed, {
+        "cell_density_error_before": found.before,
+        "cell_density_error": found.error,
+    }
 
 
 def _weight_grid(case: GenerateCase, spec: TransitionSpec, domain: DesignDomain) -> DensityGrid:
@@ -233,7 +194,7 @@ def least_density(density: DensityGrid | float) -> float:
 
 def parameter_share(
     case: GenerateCase,
-    increments: CellIncrements,
+    spec: ParameterMapSpec,
     density: DensityGrid | float,
     domain: DesignDomain,
 ) -> Field:
@@ -246,10 +207,9 @@ def parameter_share(
     DensityError
         If the formula leaves the values of the increments inside the part.
     """
-    spec = case.lattice.parameter_map
-    first, last = float(increments.values[0]), float(increments.values[-1])
+    first, last = spec.values
     with locating(case.where, "lattice.parameter_map"):
-        if spec is None or spec.formula is None:
+        if spec.formula is None:
             if not isinstance(density, DensityGrid) or np.ptp(density.values) == 0:
                 raise CaseError(
                     "the parameter is to follow the density, which is the same everywhere; add a "
@@ -266,15 +226,15 @@ def parameter_share(
             domain.upper,
             spacing=case.lattice.cell_size / WEIGHT_NODES_PER_CELL,
             window=(0.0, 1.0),
-            quantity=f"formula of {increments.parameter}, with {first:g} as 0 and {last:g} as 1,",
+            quantity=f"formula of {spec.parameter}, with {first:g} as 0 and {last:g} as 1,",
             memory_limit_bytes=case.run.memory,
         )
     return lambda points: evaluate(shares, points)
 
 
-def thinnest_wall(cells: StatedCells, density: float, size: float) -> float:
+def thinnest_wall(cells: Cells, density: float, size: float) -> float:
     """Thinnest wall or strut of the families at a density, mm."""
-    return min(float(wall_mm(c, density, size)) for c in cells.families)
+    return min(float(wall_mm(c, density, size)) for c in cells.members)
 
 
 def _calibrated(

@@ -11,6 +11,7 @@ from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.verdict.common import library_versions
 from gradedesign.design.verdict.provenance import material_data
 from gradedesign.design.verdict.result import RunResult
+from gradedesign.geometry.cell.cells import Cells
 from gradedesign.geometry.contour.islands import islands_words
 from gradedesign.geometry.lattice.drains import drain_data
 from gradedesign.geometry.lattice.joint_volume import joint_volume
@@ -22,7 +23,6 @@ from gradedesign.geometry.part.part import Part
 from gradedesign.mechanics.material.material import Material
 from gradedesign.program.generate.density_warnings import BesideCells, density_warnings
 from gradedesign.program.generate.generate_files import slab_data
-from gradedesign.program.generate.stated_cells import BuiltCells, StatedCells
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -32,18 +32,16 @@ class StatedLattice:
     Attributes
     ----------
     part : Part
-    cells : StatedCells
-    built : BuiltCells
+    cells : Cells
     design : LatticeDesign
     wall : float, mm
         Thinnest wall or strut at the least density.
     report : mapping
-        On the map of the cells, and warnings.
+        On the map of the cells and their transition, and warnings.
     """
 
     part: Part
-    cells: StatedCells
-    built: BuiltCells
+    cells: Cells
     design: LatticeDesign
     wall: float
     report: Mapping[str, Any]
@@ -80,7 +78,7 @@ def stated_result(
         *registry.notes,
         *stated.report["warnings"],
         *islands_words(dropped, loose),
-        *_mix_warnings(stated.built),
+        *_mix_warnings(stated.report["transition"]),
         *density_warnings(
             case, stated.cells, stated.design.domain, slabs, wall=stated.wall, beside=beside
         ),
@@ -103,7 +101,7 @@ def stated_result(
             "cell": _cell_data(case, stated),
             "cell_map": dict(stated.report["cell_map"]),
             "drains": drain_data(stated.design.domain.drains),
-            "transition": dict(stated.built.transition),
+            "transition": dict(stated.report["transition"]),
             "volume_mm3": volume,
             "joints_mm3": joints,
         },
@@ -122,9 +120,9 @@ def stated_result(
 
 def _cell_data(case: GenerateCase, stated: StatedLattice) -> dict[str, Any]:
     """Plain data on the first cell family."""
-    first = stated.cells.families[0]
+    first = stated.cells.members[0]
     return {
-        "name": first.family.name,
+        "name": first.name,
         "source": first.family.source,
         "parameters": dict(first.parameters),
         "window": list(stated.cells.window),
@@ -134,9 +132,9 @@ def _cell_data(case: GenerateCase, stated: StatedLattice) -> dict[str, Any]:
     }
 
 
-def _mix_warnings(built: BuiltCells) -> tuple[str, ...]:
+def _mix_warnings(transition: Mapping[str, Any]) -> tuple[str, ...]:
     """A warning where a cell of a transition is off its stated density."""
-    off = float(built.transition.get("cell_density_error", 0.0))
+    off = float(transition.get("cell_density_error", 0.0))
     if off <= VOLUME_ERROR:
         return ()
     return (
