@@ -9,7 +9,7 @@ all of them are held at once.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -83,10 +83,9 @@ class DisplacementLimit(Limit):
         return "largest nodal value on the region"
 
     def predict(self, state: HomogenisedState) -> Predicted:
-        """Largest displacement of the region, mm."""
+        """Displacement of the region, mm."""
         u = state.displacement(self.key.load_case)
-        value, _ = largest_displacement(u, self.nodes, self.component)
-        return Predicted(value=self.factor * value, load_case=self.key.load_case)
+        return Predicted(value=self._response(u, self.nodes).value, load_case=self.key.load_case)
 
     def responses(
         self, state: HomogenisedState, memory: tuple[int, ...] = ()
@@ -94,33 +93,47 @@ class DisplacementLimit(Limit):
         """Displacements of the places that govern; ``memory`` holds their nodes."""
         u = state.displacement(self.key.load_case)
         places = governing_places(u, self.nodes, self.component, state.nodes, memory)
-        return tuple(self._response(u, node) for node in places), places
+        return tuple(self._response(u, np.array([node])) for node in places), places
 
-    def _response(self, u: FloatArray, node: int) -> Response:
-        value, _ = largest_displacement(u, np.array([node]), self.component)
-        unit = np.zeros_like(u)
-        if self.component is None:
-            unit[:, node] = u[:, node] / value if value > 0 else 0.0
-        else:
-            unit[self.component, node] = 1.0 if u[self.component, node] >= 0 else -1.0
+    def _response(self, u: FloatArray, nodes: IntArray) -> Response:
+        """Value of nodes of the region, mm, with its derivative by displacements ``(3, N)``."""
+        value, slope = self._value_and_slope(u[:, nodes], self._shares)
+        by_displacement = np.zeros_like(u)
+        by_displacement[:, nodes] = self.factor * slope
         return Response(
             name=self.name,
             load_case=self.key.load_case,
             value=self.factor * value,
-            by_displacement=self.factor * unit,
+            by_displacement=by_displacement,
         )
 
-    def goal(self) -> DisplacementGoal:
-        """The displacement of the place that moves most."""
+    @property
+    def _shares(self) -> FloatArray:
+        """Shares of the region's area that its nodes stand for; the largest needs none."""
+        return np.zeros(0)
 
-        def by_displacement(u: FloatArray, _area: FloatArray) -> FloatArray:
-            value, point = largest_displacement(u, np.arange(u.shape[1]), self.component)
-            slope = np.zeros_like(u)
-            if self.component is not None:
-                slope[self.component, point] = math.copysign(1.0, u[self.component, point])
-            elif value > 0.0:
-                slope[:, point] = u[:, point] / value
-            return slope
+    def _value_and_slope(
+        self,
+        moved: FloatArray,
+        shares: FloatArray,  # noqa: ARG002
+    ) -> tuple[float, FloatArray]:
+        """Value, mm, and its derivative ``(3, k)`` at places moved by ``(3, k)`` mm.
+
+        ``shares (k,)`` are those of the region's area that the places stand for.
+        """
+        value, point = largest_displacement(moved, np.arange(moved.shape[1]), self.component)
+        slope = np.zeros_like(moved)
+        if self.component is not None:
+            slope[self.component, point] = math.copysign(1.0, moved[self.component, point])
+        elif value > 0.0:
+            slope[:, point] = moved[:, point] / value
+        return value, slope
+
+    def goal(self) -> DisplacementGoal:
+        """The value that is judged."""
+
+        def by_displacement(u: FloatArray, area: FloatArray) -> FloatArray:
+            return self._value_and_slope(u, area / area.sum())[1]
 
         return DisplacementGoal(
             region=self.key.region, load_case=self.key.load_case, by_displacement=by_displacement
@@ -177,66 +190,101 @@ def governing_places(
     return tuple(places[:MOST_PLACES])
 
 
-def _make(limits: LimitsSpec, placed: PlacedModel) -> tuple[Sequence[Limit], Sequence[str]]:
-    """One limit per region, direction and load case it holds for, see `judged_cases`."""
-    made: list[Limit] = []
-    warnings: list[str] = []
-    for number, entry in enumerate(limits.displacement):
-        names, remarks = judged_cases(placed, entry, f"displacement[{number}]", _name(entry))
-        warnings += remarks
-        made += [
-            DisplacementLimit(
-                key=LimitKey(
-                    kind=KIND.name,
-                    region=entry.region,
-                    component=_direction(entry),
-                    load_case=name,
-                ),
-                name=_name(entry),
-                allowed=in_number(entry.magnitude),
-                times_solid=as_multiple(entry.magnitude),
-                case_key=f"limits.displacement[{number}].magnitude",
-                nodes=placed.nodes[entry.region],
-                component=entry.component,
-            )
-            for name in names
-        ]
-    return made, warnings
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DisplacementKind:
+    """How limits on the displacement of regions are made: one per region and load case.
 
+    Attributes
+    ----------
+    name : str
+        Of the kind, and of its list in ``[limits]``.
+    made : callable
+        Type of its limits.
+    shared : bool
+        Whether they take ``shares``.
+    entry : type of DisplacementEntry, optional
+        Layout of one table of its list; None: the core's.
+    """
 
-def _stated(
-    limits: LimitsSpec, load_cases: Sequence[LoadCaseSpec], _material: Material
-) -> Sequence[StatedLimit]:
-    return [
-        StatedLimit(
-            name=_name(entry),
-            load_case=load.name,
-            allowed=stated_words(entry.magnitude, DisplacementLimit.unit),
-            region=entry.region,
-            by_gradient=True,
+    name: str
+    made: Callable[..., DisplacementLimit]
+    shared: bool = False
+    entry: type[DisplacementEntry] | None = None
+
+    def kind(self) -> LimitKind:
+        """As it is registered."""
+        return LimitKind(
+            name=self.name,
+            make=self._make,
+            stated=self._stated,
+            entry=self.entry,
+            require=self._require,
         )
-        for entry in limits.displacement
-        for load in load_cases
-        if entry.load_case in (None, load.name)
-    ]
 
+    def _make(self, limits: LimitsSpec, placed: PlacedModel) -> tuple[list[Limit], list[str]]:
+        """Limits for the load cases that `judged_cases` leaves, and its warnings."""
+        made: list[Limit] = []
+        warnings: list[str] = []
+        for number, entry in enumerate(self._entries(limits)):
+            place, name = f"{self.name}[{number}]", self._named(entry)
+            cases, remarks = judged_cases(placed, entry, place, name)
+            warnings += remarks
+            shares = {"shares": placed.shares[entry.region]} if self.shared else {}
+            made += [
+                self.made(
+                    key=LimitKey(
+                        kind=self.name,
+                        region=entry.region,
+                        component=_direction(entry),
+                        load_case=case,
+                    ),
+                    name=name,
+                    allowed=in_number(entry.magnitude),
+                    times_solid=as_multiple(entry.magnitude),
+                    case_key=f"limits.{place}.magnitude",
+                    nodes=placed.nodes[entry.region],
+                    component=entry.component,
+                    **shares,
+                )
+                for case in cases
+            ]
+        return made, warnings
 
-def _require(
-    limits: LimitsSpec,
-    load_cases: Sequence[LoadCaseSpec],
-    regions: Mapping[str, Region],
-    where: Where,
-) -> None:
-    refuse_held_surfaces(load_cases, limits.displacement, "displacement", regions, where)
+    def _stated(
+        self, limits: LimitsSpec, load_cases: Sequence[LoadCaseSpec], _material: Material
+    ) -> list[StatedLimit]:
+        return [
+            StatedLimit(
+                name=self._named(entry),
+                load_case=load.name,
+                allowed=stated_words(entry.magnitude, DisplacementLimit.unit),
+                region=entry.region,
+                by_gradient=True,
+            )
+            for entry in self._entries(limits)
+            for load in load_cases
+            if entry.load_case in (None, load.name)
+        ]
+
+    def _require(
+        self,
+        limits: LimitsSpec,
+        load_cases: Sequence[LoadCaseSpec],
+        regions: Mapping[str, Region],
+        where: Where,
+    ) -> None:
+        refuse_held_surfaces(load_cases, self._entries(limits), self.name, regions, where)
+
+    def _entries(self, limits: LimitsSpec) -> Sequence[DisplacementEntry]:
+        return getattr(limits, self.name)
+
+    def _named(self, entry: DisplacementEntry) -> str:
+        return f"{self.name.replace('_', ' ')} of {entry.region} {_direction(entry)}"
 
 
 def _direction(entry: DisplacementEntry) -> str:
     return "magnitude" if entry.component is None else "xyz"[entry.component]
 
 
-def _name(entry: DisplacementEntry) -> str:
-    return f"displacement of {entry.region} {_direction(entry)}"
-
-
 #: Displacement of a region, ``displacement = [{region = "tip", magnitude = "2 mm"}]``.
-KIND = LimitKind(name="displacement", make=_make, stated=_stated, require=_require)
+KIND = DisplacementKind(name="displacement", made=DisplacementLimit).kind()
