@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
+from plain_cells import plain_cells
 
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cells import single
@@ -104,7 +105,8 @@ def test_other_lattices_take_the_general_way():
     _, design = design_of("sc")
     skinned = replace(design.domain, skins=(Skin(thickness=0.3),))
     assert strut_lattice(replace(design, domain=skinned), 0.1) is None
-    assert strut_lattice(replace(design, axes=None), 0.1) is None
+    no_struts = plain_cells(design.cells.shape, 0.1, 0.1)
+    assert strut_lattice(replace(design, cells=no_struts), 0.1) is None
     field = dense_lattice(replace(design, domain=skinned), 0.3)
     points = np.random.default_rng(3).uniform(-6, 6, (3, 2000))
     exact = lattice_field(replace(design, domain=skinned))(points)

@@ -85,6 +85,14 @@ def test_points_are_segments_of_no_length():
     np.testing.assert_allclose(field(POINTS), expected, atol=1e-14)
 
 
+def test_segments_of_a_long_period_repeat_after_it():
+    segments = 3.0 * random_segments(9)
+    field = periodic_distance_to_segments(segments, period=3)
+    expected = 3.0 * slow_distance(segments / 3.0, POINTS / 3.0, np.ones(9), np.zeros((9, 0, 3)))
+    np.testing.assert_allclose(field(POINTS), expected, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(field(POINTS + 3.0), expected, rtol=0, atol=1e-13)
+
+
 def test_output_follows_shape_and_float_type():
     field = periodic_distance_to_graph(CORNER, CUBES)
     grid = POINTS[:, :60].reshape(3, 3, 4, 5)

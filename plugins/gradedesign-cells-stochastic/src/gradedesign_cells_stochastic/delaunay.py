@@ -10,8 +10,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 from gradedesign import CellFamily
-from gradedesign.fields import Field, FloatArray
-from gradedesign_cells_stochastic.struts import distance_to_struts
+from gradedesign.fields import Field, FloatArray, periodic_distance_to_segments
 from gradedesign_cells_stochastic.tessellation import tessellation
 
 #: Cells along the window: 125 points.
@@ -21,7 +20,9 @@ PERIOD = 5
 @lru_cache(maxsize=8)
 def _struts(seed: float, least_distance: float) -> Field:
     """Distance to the edges."""
-    return distance_to_struts(tessellation(seed, PERIOD, least_distance).delaunay_edges, PERIOD)
+    return periodic_distance_to_segments(
+        tessellation(seed, PERIOD, least_distance).delaunay_edges, period=PERIOD
+    )
 
 
 def delaunay(u: FloatArray, *, seed: float = 7.0, least_distance: float = 0.7) -> FloatArray:

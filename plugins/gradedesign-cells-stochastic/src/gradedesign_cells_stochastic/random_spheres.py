@@ -9,9 +9,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 from gradedesign import CellFamily
-from gradedesign.fields import Field, FloatArray
+from gradedesign.fields import Field, FloatArray, periodic_distance_to_segments
 from gradedesign_cells_stochastic.random_points import random_points
-from gradedesign_cells_stochastic.struts import distance_to_struts
 
 #: Cells along the window: 216 spheres.
 PERIOD = 6
@@ -21,7 +20,7 @@ PERIOD = 6
 def _centres(seed: float, least_distance: float) -> Field:
     """Distance to the nearest centre."""
     points = random_points(seed, PERIOD, least_distance)
-    return distance_to_struts(points[:, None].repeat(2, axis=1), PERIOD)
+    return periodic_distance_to_segments(points[:, None].repeat(2, axis=1), period=PERIOD)
 
 
 def random_spheres(u: FloatArray, *, seed: float = 7.0, least_distance: float = 0.0) -> FloatArray:

@@ -11,8 +11,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 from gradedesign import CellFamily
-from gradedesign.fields import Field, FloatArray
-from gradedesign_cells_stochastic.struts import distance_to_struts
+from gradedesign.fields import Field, FloatArray, periodic_distance_to_segments
 from gradedesign_cells_stochastic.tessellation import tessellation
 
 #: Cells along the window: 125 Voronoi cells.
@@ -22,7 +21,9 @@ PERIOD = 5
 @lru_cache(maxsize=8)
 def _struts(seed: float, least_distance: float) -> Field:
     """Distance to the edges."""
-    return distance_to_struts(tessellation(seed, PERIOD, least_distance).voronoi_edges, PERIOD)
+    return periodic_distance_to_segments(
+        tessellation(seed, PERIOD, least_distance).voronoi_edges, period=PERIOD
+    )
 
 
 def voronoi_open(u: FloatArray, *, seed: float = 7.0, least_distance: float = 0.7) -> FloatArray:

@@ -36,6 +36,19 @@ def gauge(x, y, z, k, start, axis, length, normals):
 
 
 @njit(cache=True, nogil=True)
+def in_cell(points, i, bins):
+    """Coordinates of point i of (3, n) in the unit cell, and number of its bin."""
+    x = points[0, i] - math.floor(points[0, i])
+    y = points[1, i] - math.floor(points[1, i])
+    z = points[2, i] - math.floor(points[2, i])
+    # A tiny negative coordinate rounds to 1, which is the far side of the last bin.
+    a = min(int(x * bins), bins - 1)
+    b = min(int(y * bins), bins - 1)
+    c = min(int(z * bins), bins - 1)
+    return x, y, z, (a * bins + b) * bins + c
+
+
+@njit(cache=True, nogil=True)
 def greatest_gap(bins, start, axis, length, thickness, normals):
     """Largest value, over the centres of the bins, of the least gauge by thickness."""
     gap = 0.0
@@ -60,27 +73,36 @@ def centre(b, bins):
 
 
 @njit(cache=True, nogil=True)
-def fill_nearest(bins, start, axis, length, thickness, normals, widen, first, member):
+def fill_nearest(
+    bins, split, coarse_first, coarse_member, start, axis, length, thickness, normals, widen,
+    first, member,
+):  # fmt: skip
     """List, by bin, every segment that may have the least gauge by thickness somewhere in it.
 
-    Or at most ``widen`` times the least. A gauge changes by at most the distance moved, so within
-    a bin of half diagonal h it lies within h of its value at the centre. Returns the number of
-    entries; with an empty ``member`` it only counts.
+    Or at most ``widen`` times the least, among those listed for the coarse bin in which it lies,
+    which has ``split^3`` of them. A gauge changes by at most the distance moved, so within a bin of
+    half diagonal h it lies within h of its value at the centre. Returns the number of entries; with
+    an empty ``member`` it only counts.
     """
     half = 0.5 * math.sqrt(3.0) / bins
-    value = np.zeros(len(length))
+    coarse = bins // split
+    value = np.zeros(len(coarse_member))
     total = 0
     for b in range(bins * bins * bins):
         first[b] = total
         x, y, z = centre(b, bins)
+        i, j, k = b // (bins * bins), (b // bins) % bins, b % bins
+        parent = ((i // split) * coarse + j // split) * coarse + k // split
         least = np.inf
-        for k in range(len(length)):
-            value[k] = gauge(x, y, z, k, start, axis, length, normals)
-            least = min(least, (value[k] + half) / thickness[k])
-        for k in range(len(length)):
-            if (value[k] - half) / thickness[k] <= widen * least:
+        for entry in range(coarse_first[parent], coarse_first[parent + 1]):
+            n = coarse_member[entry]
+            value[entry] = gauge(x, y, z, n, start, axis, length, normals)
+            least = min(least, (value[entry] + half) / thickness[n])
+        for entry in range(coarse_first[parent], coarse_first[parent + 1]):
+            n = coarse_member[entry]
+            if (value[entry] - half) / thickness[n] <= widen * least:
                 if len(member):
-                    member[total] = k
+                    member[total] = n
                 total += 1
     first[bins * bins * bins] = total
     return total
@@ -110,14 +132,7 @@ def least_gauge(
 ):
     """Least gauge by thickness at a range of points (3, n) of period 1, into value (n,)."""
     for i in range(low, high):
-        x = points[0, i] - math.floor(points[0, i])
-        y = points[1, i] - math.floor(points[1, i])
-        z = points[2, i] - math.floor(points[2, i])
-        # A tiny negative coordinate rounds to 1, which is the far side of the last bin.
-        a = min(int(x * bins), bins - 1)
-        b = min(int(y * bins), bins - 1)
-        c = min(int(z * bins), bins - 1)
-        place = (a * bins + b) * bins + c
+        x, y, z, place = in_cell(points, i, bins)
         least = np.inf
         for entry in range(first[place], first[place + 1]):
             k = member[entry]
@@ -137,14 +152,7 @@ def filleted_distance(
     round_struts = np.zeros((0, 0, 3))
     near = np.zeros(most)
     for i in range(low, high):
-        x = points[0, i] - math.floor(points[0, i])
-        y = points[1, i] - math.floor(points[1, i])
-        z = points[2, i] - math.floor(points[2, i])
-        # A tiny negative coordinate rounds to 1, which is the far side of the last bin.
-        a = min(int(x * bins), bins - 1)
-        b = min(int(y * bins), bins - 1)
-        c = min(int(z * bins), bins - 1)
-        place = (a * bins + b) * bins + c
+        x, y, z, place = in_cell(points, i, bins)
         near_count = first[place + 1] - first[place]
         least = np.inf
         for entry in range(near_count):

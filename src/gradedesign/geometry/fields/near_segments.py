@@ -13,8 +13,9 @@ from gradedesign.geometry.fields._graph_kernels import fill_nearest, fill_within
 #: Bins of the cell along each axis. Chosen, not measured.
 BINS = 16
 
-#: Bins for a first bound. Chosen, not measured.
-_COARSE = 8
+#: Bins for a first bound, and bins along the edge of one for which candidates are listed before
+#: those of its parts. Chosen, not measured.
+_COARSE, _SPLIT = 8, 4
 
 #: The gauge of any prism of three sides or more is at least the distance over this: a triangle's
 #: corner lies twice its height over a side from the axis, and its end one height beyond.
@@ -104,11 +105,14 @@ def nearest_candidates(
     gap = greatest_gap(_COARSE, start, axis, length, thickness[owner], normals[owner])
     reach = widen * (gap + 3.0**0.5 / _COARSE / thinnest) * stretch
     start, axis, length, owner = _copies(segments, reach)
-    geometry = (bins, start, axis, length, thickness[owner], normals[owner], widen)
-    first = np.zeros(bins**3 + 1, dtype=np.int64)
+    geometry = (start, axis, length, thickness[owner], normals[owner], widen)
+    first, member = np.array([0, len(owner)]), np.arange(len(owner))
     none = np.zeros(0, dtype=np.int64)
-    member = np.zeros(fill_nearest(*geometry, first, none), dtype=np.int64)
-    fill_nearest(*geometry, first, member)
+    split = _SPLIT if bins % _SPLIT == 0 else 1
+    for fine, parts in ((bins // split, bins // split), (bins, split)):
+        lists, first = (fine, parts, first, member), np.zeros(fine**3 + 1, dtype=np.int64)
+        member = np.zeros(fill_nearest(*lists, *geometry, first, none), dtype=np.int64)
+        fill_nearest(*lists, *geometry, first, member)
     return NearSegments(
         bins=bins, first=first, member=member, start=start, axis=axis, length=length, owner=owner
     )

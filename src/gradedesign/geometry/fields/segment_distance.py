@@ -12,7 +12,11 @@ from gradedesign.common.system.threads import in_ranges
 from gradedesign.errors import PluginError
 from gradedesign.geometry.fields._graph_kernels import POINTS, least_gauge
 from gradedesign.geometry.fields.graph import graph_segments
-from gradedesign.geometry.fields.near_segments import NearSegments, nearest_candidates
+from gradedesign.geometry.fields.near_segments import BINS, NearSegments, nearest_candidates
+
+#: Bins along a cell of a long period: few of its thousands of struts matter in one. Chosen, not
+#: measured.
+_BINS_OF_LONG_PERIODS = 8
 
 
 def periodic_distance_to_graph(nodes: ArrayLike, edges: ArrayLike) -> Field:
@@ -29,9 +33,13 @@ def periodic_distance_to_graph(nodes: ArrayLike, edges: ArrayLike) -> Field:
 
 
 def periodic_distance_to_segments(
-    segments: ArrayLike, *, thickness: ArrayLike = 1.0, normals: ArrayLike | None = None
+    segments: ArrayLike,
+    *,
+    thickness: ArrayLike = 1.0,
+    normals: ArrayLike | None = None,
+    period: int = 1,
 ) -> Field:
-    """Distance to segments of period 1, divided by their relative thickness.
+    """Distance to periodic segments, divided by their relative thickness.
 
     Level ``t`` bounds struts of radius ``t`` times their thickness, with round ends. With normals
     the struts are prisms: the value is the largest of the heights over their sides and of the
@@ -45,6 +53,8 @@ def periodic_distance_to_segments(
         Relative thickness, positive.
     normals : (m, s, 3) array_like, optional
         Unit normals of the three or more sides of each prism, perpendicular to its segment.
+    period : int, cells
+        After which the segments repeat.
 
     Returns
     -------
@@ -56,17 +66,18 @@ def periodic_distance_to_segments(
     PluginError
         If the arrays do not fit together, or a thickness is not positive.
     """
-    ends = np.array(segments, dtype=np.float64)
+    ends = np.array(segments, dtype=np.float64) / period
     sides = np.zeros((len(ends), 0, 3)) if normals is None else np.array(normals, dtype=np.float64)
     relative = np.array(np.broadcast_to(np.asarray(thickness, dtype=np.float64), (len(ends),)))
     _check(ends, relative, sides)
 
     @cache
     def listed() -> NearSegments:
-        return nearest_candidates(ends, relative, sides)
+        bins = BINS if period == 1 else _BINS_OF_LONG_PERIODS * period
+        return nearest_candidates(ends, relative, sides, bins=bins)
 
     def evaluate(u: FloatArray) -> FloatArray:
-        points = np.asarray(u)
+        points = np.asarray(u) / period if period > 1 else np.asarray(u)
         kind = points.dtype if points.dtype == np.float32 else np.dtype(np.float64)
         flat = np.ascontiguousarray(points.reshape(3, -1), dtype=kind)
         value: FloatArray = np.zeros(flat.shape[1], dtype=kind)
@@ -77,6 +88,7 @@ def periodic_distance_to_segments(
             near.member, near.start, near.axis, near.length,
             own_thickness, own_sides, value,
         )  # fmt: skip
+        value *= period
         return value.reshape(points.shape[1:])
 
     return evaluate
