@@ -9,11 +9,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from gradedesign_cells_stochastic.delaunay import delaunay
+from gradedesign_cells_stochastic.foams import delaunay, voronoi_closed, voronoi_open
 from gradedesign_cells_stochastic.random_points import random_points
 from gradedesign_cells_stochastic.tessellation import tessellation
-from gradedesign_cells_stochastic.voronoi_closed import voronoi_closed
-from gradedesign_cells_stochastic.voronoi_open import voronoi_open
 
 SEEDS = [float(s) for s in range(20, 28)]
 SHIFTS = 5.0 * np.array(list(product((-1, 0, 1), repeat=3)))

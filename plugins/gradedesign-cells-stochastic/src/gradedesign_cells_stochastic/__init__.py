@@ -5,13 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from gradedesign import CellFamily, ScalingLaw, hookimpl, shipped_laws
-from gradedesign_cells_stochastic import (
-    delaunay,
-    random_spheres,
-    spinodoid,
-    voronoi_closed,
-    voronoi_open,
-)
+from gradedesign_cells_stochastic import foams, random_spheres, spinodoid
 
 __all__ = ["gradedesign_cell_families", "gradedesign_scaling_laws"]
 
@@ -19,7 +13,7 @@ __all__ = ["gradedesign_cell_families", "gradedesign_scaling_laws"]
 @hookimpl
 def gradedesign_cell_families() -> Iterator[CellFamily]:
     """Register every random cell."""
-    for cell in (delaunay, random_spheres, spinodoid, voronoi_closed, voronoi_open):
+    for cell in (foams, random_spheres, spinodoid):
         yield from cell.FAMILIES
 
 
