@@ -90,11 +90,6 @@ WRONG = [
         'facing = "z"',
         ['did you mean "+z" or "-z"?', "available: +x, -x, +y, -y, +z, -z"],
     ),
-    (
-        'fix = [{region = "root"}]',
-        'fix = [{region = "root", components = "xw"}]',
-        ["letters of xyz"],
-    ),
     ('["stl"]', '["stl", 3]', ["found 3; expected the name of a format"]),
     ('["stl"]', '["stl", "stl"]', ["twice"]),
     # row 42: units and dimensions
@@ -102,8 +97,6 @@ WRONG = [
     ('"200 GPa"', "200", ["without a unit", '"200 MPa"']),
     ('"-50 N"', '"-50 mm"', ["entry 3", "which is a length", "expected a force"]),
     ('"8 GB"', '"8 min"', ["which is a time", "expected an amount of memory"]),
-    ('"7.85 g/cm^3"', '"7.85 g/cc"', ["unknown unit", "g/cm^3"]),
-    ('force = ["0 N", "0 N", "-50 N"]', 'force = "50 N"', ["three entries for x, y and z"]),
     ("poissons_ratio = 0.3", 'poissons_ratio = "0.3"', ["plain number without quotes"]),
     # row 43: hostile quantities
     ('"200 GPa"', '"9**9**9"', ["not a number followed by a unit"]),
@@ -120,25 +113,13 @@ WRONG = [
     # row 45: limits and sizes
     ('stress = "50 MPa"', 'stress = "0 MPa"', ["above 0"]),
     ('magnitude = "2 mm"', 'magnitude = "-2 mm"', ["above 0"]),
-    ("[0.10, 0.65]", "[0.7, 0.65]", ["lowest above the highest", "[0.65, 0.7]"]),
     ("[0.10, 0.65]", "[0.0, 0.65]", ["above 0 and below 1"]),
     ("[0.10, 0.65]", "[0.1, 1]", ["above 0 and below 1"]),
-    ("[0.10, 0.65]", "0.3", ["lowest and the highest"]),
-    ('size = "8 mm"', 'size = "1.5 mm"', ["twice the min_wall of 0.8 mm", "at least 1.6 mm"]),
-    (
-        'skin = {thickness = "1 mm"}',
-        'skin = {thickness = "10 mm"}',
-        ["less than 10 mm"],
-    ),
     ('skin = {thickness = "1 mm"}', 'skin = {thickness = "0 mm"}', ["above 0"]),
     ('skin = {thickness = "1 mm"}', 'skin = {thicknes = "1 mm"}', ['did you mean "thickness"?']),
     ('min_wall = "0.8 mm"', 'min_wall = "0 mm"', ["above 0"]),
-    ('min_wall = "0.8 mm"', 'min_wall = "0.3 m"', ["print.min_wall: found 300 mm", "50 mm at"]),
-    ('mesh_size = "4 mm"', 'mesh_size = "40 mm"', ["20 mm edge of the box"]),
     ('"60 mm", "20 mm"', '"60 mm", "-20 mm"', ["entry 2", "a length above 0 mm"]),
     ('stress = "50 MPa"', 'stress = "50 MPa"\npercentile = 50', []),
-    ('stress = "50 MPa"', "safety_factor = 2", ["yield_strength"]),
-    ('stress = "50 MPa"', "safety_factor = 0.5", ["at least 1"]),
     ('memory = "8 GB"', 'memory = "8 kB"', ["at least 0.1 GB"]),
     ('memory = "8 GB"', "max_iterations = 0", ["at least 1"]),
     ('memory = "8 GB"', "elements_per_wall = 0.1", ["at least 0.25"]),
@@ -150,7 +131,6 @@ WRONG = [
         ["between 1e-06 um/m/K and 10000 um/m/K in magnitude"],
     ),
     ('"-50 N"', '"1e300 N"', ["entry 3", "force between 1e-12 N and 1e+12 N", "unit right?"]),
-    ('"-50 N"', "1200", ['for instance "1200 N"', "which unit is it? N, mN, kN"]),
     ('size = "8 mm"', 'size = "1 km"', ["unknown unit"]),
     ('size = "8 mm"', 'size = "1000 m"', ["at least 1 um and at most 100000 mm"]),
     ('size = "8 mm"', 'size = "1e-6 mm"', ["at least 1 um and at most 100000 mm"]),
@@ -183,14 +163,6 @@ WRONG = [
     # one quantity limited twice
     (
         '[{region = "tip", magnitude = "2 mm"}]',
-        '[{region = "tip", magnitude = "2 mm"},\n{region = "tip", magnitude = "3 mm"}]',
-        [
-            'limits.displacement[1]: found 3 mm in load case "tip load"',
-            "where limits.displacement[0] allows 2 mm of the same quantity",
-        ],
-    ),
-    (
-        '[{region = "tip", magnitude = "2 mm"}]',
         '[{region = "tip", magnitude = "2 x solid"},\n'
         '{region = "tip", magnitude = "3 mm", load_case = "tip load"}]',
         ["found 3 mm", "allows 2 x solid", "state load_case in both"],
@@ -201,18 +173,11 @@ WRONG = [
         '{region = "tipp", force',
         ['not defined; did you mean "tip"?'],
     ),
-    (
-        'fix = [{region = "root"}]',
-        'fix = [{region = "rood"}]',
-        ['"root"? defined: root, tip'],
-    ),
     ('magnitude = "2 mm"', 'magnitude = "2 mm", load_case = "tip"', ["defined: tip load"]),
     ('plane = "x = max"', 'any = ["root", "lip"]', ["region.tip.any[1]", 'did you mean "tip"?']),
     # rows 53 and 55
     ('fix = [{region = "root"}]', "fix = []", ["has no support", 'fix = [{region = "root"}]']),
-    ('"-50 N"', '"0 N"', ["loads nothing"]),
     # shapes
-    ('fix = [{region = "root"}]', 'fix = "root"', ["expected a list of tables"]),
     ('fix = [{region = "root"}]', 'fix = ["root"]', ["fix[0]", "expected a table"]),
     ('name = "bracket"', 'name = ""', ["1 to 80 printable characters"]),
     ('name = "bracket"', 'name = "a\\u0000b"', ["printable"]),
@@ -221,14 +186,7 @@ WRONG = [
     # known, but not there yet
     ('cell = "gyroid-sheet"', 'cell = "a"\ngrading = "thick"', ['did you mean "thickness"']),
     ('size = "8 mm"', 'size = ["4 mm", "8 mm"]', ['grading = "level"', "goes with one length"]),
-    ('size = "8 mm"', 'size = "8 mm"\nwall = "1 mm"', ['take grading = "size"']),
     ('skin = {thickness = "1 mm"}', "skin = {net = true}", ["thickness: missing"]),
-    (
-        'min_wall = "0.8 mm"',
-        'min_wall = "0.8 mm"\nbuild_direction = "up"',
-        ["print.build_direction", "+x, -x, +y, -y, +z, -z"],
-    ),
-    ('["stl"]', '["STL"]', ["expected the name of a format", 'did you mean "stl"']),
     ('["stl"]', '["stl", "stl"]', ["a format twice"]),
 ]
 
@@ -260,11 +218,6 @@ def test_an_axis_alone_is_the_positive_direction(tmp_path, written, read):
 
 
 PLANNED = [
-    (
-        'cell = "gyroid-sheet"',
-        'cell = "a"\ngrading = "ratio"',
-        'grading = "ratio" goes with a range such as',
-    ),
     ('stress = "50 MPa"', 'stress = "50 MPa"\nsafety_factor = 2', "found beside stress"),
     ('mesh_size = "4 mm"', 'mesh_size = "4 mm"\nunits = "mm"', "has no meaning with box"),
     (
@@ -282,16 +235,13 @@ PLANNED = [
         'name = "316L"\nyoungs_modulus = "200 GPa"',
         "found beside name",
     ),
-    ('density = "7.85 g/cm^3"\n', "", "found no name and no density"),
     (
         'stress = "50 MPa"\ndisplacement = [{region = "tip", magnitude = "2 mm"}]',
         "",
         "no limit given",
     ),
     ('cell = "gyroid-sheet"\n', "", 'lattice.cell: missing; add cell = "gyroid-sheet"'),
-    ('[case]\nname = "bracket"\n', "", "case: missing; add [case]"),
     ('box = ["60 mm", "20 mm", "20 mm"]\n', "", "neither of file and box"),
-    ('name = "tip load"\n', 'name = "tip load"\ntemperature_change = "5 K"\n', "thermal_expansion"),
     (
         '[region.tip]\nplane = "x = max"',
         '[region.tip]\nany = ["root", "b"]\n[region.b]\nall = "tip"',
