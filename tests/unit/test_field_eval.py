@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gradedesign.geometry.tets.tet_mesh import TetMesh
-from gradedesign.mechanics.fe.field_eval import interpolate
+from gradedesign.mechanics.fe.element_points import interpolate
 from gradedesign.mechanics.fe.space import tet_space
 
 MESH = TetMesh(  # two tets that share a face

@@ -14,8 +14,12 @@ from gradedesign.geometry.lattice.design_domain import design_domain
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.part import read_part
 from gradedesign.geometry.part.signed_distance import region_distance
-from gradedesign.geometry.tets.boundary_surface import boundary_surface
-from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_facets, signed_volumes
+from gradedesign.geometry.tets.tet_mesh import (
+    TetMesh,
+    boundary_facets,
+    boundary_surface,
+    signed_volumes,
+)
 from gradedesign.geometry.triangles.surface_mesh import (
     SurfaceMesh,
     area_vectors,

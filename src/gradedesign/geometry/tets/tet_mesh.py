@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -66,3 +67,11 @@ def boundary_facets(mesh: TetMesh) -> tuple[IntArray, IntArray]:
     single[:-1] &= ~same
     chosen = np.sort(order[single])
     return faces[chosen], owners[chosen]
+
+
+def boundary_surface(mesh: TetMesh) -> tuple[SurfaceMesh, IntArray]:
+    """Boundary of a tetrahedral mesh, and the mesh point of each of its vertices ``(n,)``."""
+    facets, _ = boundary_facets(mesh)
+    used, packed = np.unique(facets, return_inverse=True)
+    vertices = mesh.points[:, used].T
+    return SurfaceMesh(vertices=vertices, faces=packed.reshape(facets.shape)), used

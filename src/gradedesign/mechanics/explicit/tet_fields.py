@@ -9,17 +9,15 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.common.system.progress import report_step
-from gradedesign.geometry.tets.boundary_surface import boundary_surface
 from gradedesign.geometry.tets.point_location import locate
-from gradedesign.geometry.tets.tet_mesh import TetMesh, centroids, signed_volumes
+from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_surface, centroids, signed_volumes
 from gradedesign.mechanics.explicit.analysis import (
     Discretisation,
     StressSample,
     SurfaceFields,
     VolumeFields,
 )
-from gradedesign.mechanics.fe.element_points import element_points
-from gradedesign.mechanics.fe.field_eval import interpolate
+from gradedesign.mechanics.fe.element_points import element_points, interpolate
 from gradedesign.mechanics.fe.load_case import region_nodes, region_shares
 from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.space import TetSpace

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.geometry.tets.tet_mesh import centroids
+from gradedesign.geometry.tets.tet_mesh import centroids, signed_volumes
 from gradedesign.mechanics.fe.elastic_system import ElasticSystem
-from gradedesign.mechanics.fe.element_means import body_force_work
 from gradedesign.mechanics.fe.load_case import PartLoadCase, mechanical_force
 from gradedesign.mechanics.fe.solution import Solution
+from gradedesign.mechanics.fe.space import TetSpace
 from gradedesign.mechanics.limits.limit import Limit
 from gradedesign.mechanics.material.law_field import LawField
 from gradedesign.mechanics.sizing.homogenised import mass_density, solid_slope, solve_homogenised
@@ -141,5 +141,21 @@ def force_slope(
     """Derivative by every density of the work of inertia on a displacement, ``(M,)``, N mm."""
     if not np.any(case.acceleration):
         return np.zeros(len(rho))
-    work = body_force_work(model.space, case.acceleration, displacement)
+    work = _body_force_work(model.space, case.acceleration, displacement)
     return work * model.material.density * (1 - model.solid_fraction) * solid_slope(model, rho)
+
+
+def _body_force_work(
+    space: TetSpace, acceleration: FloatArray, displacement: FloatArray
+) -> FloatArray:
+    """Integral of ``acceleration . displacement`` over every element, ``(M,)``, mm^5/s^2.
+
+    Multiplied by mass per volume it is the work of inertia forces in N mm.
+    """
+    projected = np.asarray(acceleration) @ displacement
+    values = projected[space.elements]
+    if space.order == 1:
+        mean = values.mean(axis=0)
+    else:
+        mean = 0.2 * values[4:].sum(axis=0) - 0.05 * values[:4].sum(axis=0)
+    return signed_volumes(space.mesh) * mean

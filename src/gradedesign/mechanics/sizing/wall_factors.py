@@ -16,7 +16,6 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.errors import DensityError
 from gradedesign.mechanics.fe.stiffness import UPPER, pair_products
-from gradedesign.mechanics.sizing.density_piece import density_piece
 
 #: Exponents of profiles, the least one that reaches the asked second moment is taken: outward
 #: ``|z|^p`` raises it to ``3 (p + 1) / (p + 3)``, inward ``(1 - z^2)^p`` lowers it to
@@ -232,8 +231,28 @@ class WallFactors:
 
     def _between(self, rows: FloatArray, rho: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rows ``(k, n)`` at densities ``(t,)`` and their slopes, ``(n, t)`` each."""
-        piece = density_piece(self.density, rho, "ratios of walls")
+        piece = _density_piece(self.density, rho, "ratios of walls")
         width = self.density[piece + 1] - self.density[piece]
         slope = (rows[piece + 1] - rows[piece]) / width[:, None]
         value = rows[piece] + slope * (rho - self.density[piece])[:, None]
         return value.T, slope.T
+
+
+def _density_piece(density: FloatArray, rho: FloatArray, quantity: str) -> IntArray:
+    """Interval, from 0 to ``k - 2``, between increasing densities ``(k,)`` that holds each ``rho``.
+
+    ``quantity`` names what is known there, in the plural.
+
+    Raises
+    ------
+    DensityError
+        If a density lies beyond the first or the last.
+    """
+    low, high = density[0], density[-1]
+    if not ((rho >= low - 1e-9) & (rho <= high + 1e-9)).all():
+        raise DensityError(
+            f"{quantity} are known for relative densities {low:g} to {high:g}, but were asked for "
+            f"{np.min(rho):g} to {np.max(rho):g}; narrow [lattice] density"
+        )
+    place = np.searchsorted(density, rho, side="right") - 1
+    return np.clip(place, 0, density.size - 2)
