@@ -140,7 +140,7 @@ def ours(cells: int, folder: Path) -> tuple[dict[str, float], dict[str, float]]:
     case = folder / "case.toml"
     case.write_text(CASE.format(edge=SIZE * cells, size=SIZE, density=DENSITY), encoding="utf-8")
     out = folder / "out"
-    command = [sys.executable, "-m", "gradedesign", "generate", str(case), "-o", str(out)]
+    command = [sys.executable, "-m", "gradedesign", "run", str(case), "-o", str(out)]
     _, cost = measured([*command, "--overwrite"])
     result = json.loads((out / "result.json").read_text(encoding="utf-8"))
     triangles = ((out / "lattice.stl").stat().st_size - 84) // 50

@@ -80,20 +80,16 @@ def net_pieces(folder):
     The net-skin is what is solid down to its thickness below the surface; pixels are connected
     that share a face.
     """
-    from gradedesign.design.case.read_generate import load_generate_case
+    from gradedesign.design.case.read_case import load_case
     from gradedesign.design.resolve.lattice_files import printed_lattice
-    from gradedesign.design.resolve.part_readers import part_readers
-    from gradedesign.design.resolve.part_repairer import part_repairer
+    from gradedesign.design.resolve.stated_lattice import stated_lattice, stated_part
     from gradedesign.geometry.lattice.dense_lattice import DenseLattice, dense_lattice
-    from gradedesign.geometry.part.part import read_part
-    from gradedesign.program.generate.generate import stated_design
-    from gradedesign.program.generate.stated_cells import stated_cells
     from gradedesign.program.host.registry import build_registry
     from gradedesign_layers.layers import _slice_at
 
-    registry, case = build_registry(), load_generate_case(folder)
-    part = read_part(case, part_readers(case, registry), part_repairer(case, registry))
-    design, _, _ = stated_design(case, part, stated_cells(case, registry), None)
+    registry, case = build_registry(), load_case(folder)
+    stated = stated_lattice(case, registry, stated_part(case, registry))
+    part, design = stated.part, stated.design
     (net,) = design.domain.nets
 
     def dense(reach):
@@ -122,7 +118,7 @@ def measure(cell):
         folder = Path(name)
         knot(folder / "knot.stl")
         case, out = folder / "case.toml", str(folder / "out")
-        command = [sys.executable, "-m", "gradedesign", "generate", name, "-o", out, "--overwrite"]
+        command = [sys.executable, "-m", "gradedesign", "run", name, "-o", out, "--overwrite"]
         case.write_text(CASE.format(cell=cell, pixel=PIXEL))
         # Once before: a fresh machine compiles then.
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)

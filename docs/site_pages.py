@@ -16,7 +16,6 @@ import typer
 import gradedesign
 from gradedesign.common.values.toml_text import toml_value
 from gradedesign.common.values.units import DIMENSIONS
-from gradedesign.design.case.generate_schema import GenerateFile
 from gradedesign.design.case.schema import CaseFile, schema_json
 from gradedesign.program.commands.app import app
 from gradedesign.program.host import hookspecs
@@ -54,20 +53,13 @@ def within_site(text: str) -> str:
 
 def case_keys() -> Iterator[str]:
     """Every table of a case file with its keys, from the schema that reads it."""
-    run, generate = (schema_json(layout, entries_of(None)) for layout in (CaseFile, GenerateFile))
-    of_run, of_generate = dict(case_blocks(run)), dict(case_blocks(generate))
+    schema = schema_json(CaseFile, entries_of(None))
     yield "# Case keys\n\nWritten from the schema that reads case files; unknown keys are errors."
     yield "Tables inside tables may be written in one line as well: `[lattice.drain]` with"
     yield '`diameter = "3 mm"` below it is `drain = {diameter = "3 mm"}` in `[lattice]`.'
     yield "`NAME` is a name of your own; `[[...]]` stands once for every entry of a list.\n"
-    yield from units({**run["definitions"], **generate["definitions"]})
-    yield from of_run.values()
-    lacking = (f"`{n}`" for n in of_run if n not in of_generate and "zone." not in n)
-    yield "## Keys of gradedesign generate\n\nThe keys above, apart from these, which it refuses:"
-    yield f"{', '.join(lacking)}. Others, or with other values:\n"
-    for name, text in of_generate.items():
-        if of_run.get(name) != text:
-            yield text.replace("## [", "### [", 1) if text.startswith("## ") else text
+    yield from units(schema["definitions"])
+    yield from dict(case_blocks(schema)).values()
 
 
 def units(definitions: Mapping[str, Any]) -> Iterator[str]:
@@ -105,7 +97,11 @@ def case_blocks(
             body = schema["definitions"][inner]
             named = f"{name}.{key}".strip(".") + (".NAME" * ("additionalProperties" in value))
             title = f"[[{named}]]" if _many(value) else f"[{named}]"
-            needed = " Required." * (table is None and key in schema.get("required", ()))
+            needed = ""
+            if table is None and key in schema.get("required", ()):
+                needed = " Required."
+            elif table is None and key in CaseFile.analysed:
+                needed = " Required, unless the density of the lattice is stated."
             yield title, f"## {title}\n\n{_sentence(body.get('description', ''))}{needed}\n"
             yield from case_blocks(schema, body, named)
 

@@ -32,7 +32,7 @@ size = "8 mm"
 density = [0.2, 0.5]
 """
 
-GENERATED = """\
+STATED = """\
 [case]
 name = "block"
 [part]
@@ -392,8 +392,9 @@ OF_CHECK = (
     M('size = "8 mm"', "size = \"8 mm\"\ndirections = [\"1\", \"0\", \"0\"]",
       "lattice.directions", "unknown key",
       "but [lattice.orientation] has direction: write it there"),
-    M("density = [0.2, 0.5]", "density = 0.3", "lattice.density", "found 0.3",
-      "expected the lowest and the highest relative density such as [0.10, 0.65]"),
+    M("density = [0.2, 0.5]", "density = 0.3", "limits",
+      "not judged: the density is stated, so the run ends with its lattice",
+      "density = [lowest, highest] has the lightest one found", at="[limits]", code=0),
     M("density = [0.2, 0.5]", "density = [20, 50]", "lattice.density", "found 20",
       "expected a value above 0 and below 1: write 0.2 for 20 %"),
     M("density = [0.2, 0.5]", "density = [0.5, 0.2]", "lattice.density",
@@ -516,9 +517,10 @@ OF_CHECK = (
     M("", "[lattice.parameters]\noffset = 0.2\n", "lattice.parameters",
       "offset is no parameter of cell 'gyroid-sheet'", "which has none",
       at="[lattice.parameters]"),
-    M("", "[lattice.density_map]\nformula = \"0.2\"\n", "lattice.density_map",
-      "belongs to `gradedesign generate`",
-      "`gradedesign run` and `check` find the density themselves", at="[lattice.density_map]"),
+    M("density = [0.2, 0.5]",
+      "density = [0.2, 0.5]\ntransition = {cell = \"bcc\", weight = \"x/60\"}",
+      "lattice.transition", "goes with a stated density, such as density = 0.3",
+      "cells that differ from place to place are stated as [[zone]]"),
     M('box = ["60 mm", "20 mm", "20 mm"]', 'file = "box.stl"', "part.units",
       "missing; box.stl carries no unit", "state one of mm, cm, m, inch, um, micron",
       at="[part]"),
@@ -703,8 +705,8 @@ OF_CHECK = (
       'expected three entries for x, y and z such as ["cos(x / 30)", "sin(x / 30)", "0"]'),
 )
 
-#: In cases of `generate`.
-OF_GENERATE = (
+#: In cases of a stated density.
+OF_STATED = (
     M("density = 0.3", "density = 30", "lattice.density", "found 30",
       "expected a value above 0 and below 1: write 0.3 for 30 %"),
     M("density = 0.3", 'density = "30 %"', "lattice.density", 'found "30 %"',
@@ -737,12 +739,26 @@ OF_GENERATE = (
       "density = 0.3\nparameter_map = {parameter = \"k\", values = [0.0, 1.0], formula = \"x/24\"}",
       "lattice.parameter_map.parameter", "cell 'gyroid-sheet' has no parameter 'k'",
       "its parameters: none"),
-    M("[output]", "[[zone]]\ncell = \"bcc\"\n[output]", "zone", "belongs to `gradedesign run`",
-      "`generate` passes from one cell into another by [lattice.transition]", at="[[zone]]"),
+    M("[output]", "[[zone]]\nformula = \"x - 9\"\ncell = \"bcc\"\n[output]", "zone",
+      "goes with a density that is to be found",
+      "cells pass into each other by [lattice.transition]", at="[[zone]]"),
     M("[output]", "[run]\nanalysis = \"tets\"\n[output]", "run.analysis",
-      "belongs to `gradedesign run`, which analyses the lattice",
-      "`generate` reads memory and time alone: its surface is as fine as the",
-      at='analysis = "tets"'),
+      "belongs to an analysis, and the lattice of a stated density is not analysed",
+      "leave it out, or state density = [lowest, highest]", at='analysis = "tets"'),
+    M("[output]", "[run]\nstop_after = \"sizing\"\n[output]", "run.stop_after",
+      'found "sizing", but the run of a stated density ends with its lattice',
+      'expected "lattice"', at='stop_after = "sizing"'),
+    M("density = 0.3", "density = 0.3\nmethod = \"lightest\"", "lattice.method",
+      "says how the density is found, which is stated here", "leave it out"),
+    M("density = 0.3", "density = 0.3\norientation = {load_case = \"pull\"}",
+      "lattice.orientation.load_case", "needs the stress of an analysis",
+      "expected direction or vtu", at="orientation"),
+    M("density = 0.3", 'density = "0.2 + y2"', "lattice.density", 'found the unknown name "y2"',
+      "expected a density such as 0.3"),
+    M("density = 0.3", 'density = "map.vtu"', "lattice.density", "found",
+      "files stand in [lattice.density_map]"),
+    M("density = 0.3", 'density = "0.1 + x"', "lattice.density",
+      "the density formula asks for lowest 0.1 at (0, 0, 0) mm", "change the map", code=6),
     M('["stl"]', '["3mf-beams"]', "output.formats",
       "the format '3mf-beams' cannot be written: beams are round struts, which this cell is "
       "not made of", 'expected a strut cell such as bcc, write "3mf" instead'),

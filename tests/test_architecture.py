@@ -29,7 +29,7 @@ ROOMS = (
     "mechanics/homogenise", "mechanics/limits", "mechanics/sizing", "mechanics/explicit",
     "design/printing", "design/case", "design/acceptance", "design/resolve", "design/loop",
     "design/check", "design/verdict",
-    "program/store", "program/pictures", "program/outputs", "program/host", "program/generate",
+    "program/store", "program/pictures", "program/outputs", "program/host",
     "pipeline", "testing", "program/commands", "commands", "properties", "__main__",
 )  # fmt: skip
 
@@ -171,7 +171,7 @@ def test_only_the_pipeline_and_the_command_line_use_plugins():
         for p in MODULES
         if any(n.startswith("gradedesign.program.host") for n in imports(p))
     }
-    allowed = {"program/host", "program/generate", "pipeline", "program/commands"}
+    allowed = {"program/host", "pipeline", "program/commands"}
     assert users <= allowed | {"commands", "__init__"}
 
 

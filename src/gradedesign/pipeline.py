@@ -2,7 +2,8 @@
 
 Read this first. Part, solid analysis; then iterations of sizing on the homogenised part, explicit
 analysis and correction; then acceptance: the exported surface, meshed again whole, decides, or its
-most stressed submodels correct the stress of the explicit analysis; a miss iterates again.
+most stressed submodels correct the stress of the explicit analysis; a miss iterates again. Where
+the case states the density of its lattice, nothing is sought: part, lattice, print checks.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from gradedesign.design.loop.iteration_steps import SizingPlan, design_filter, s
 from gradedesign.design.loop.loop import Progress, run_loop
 from gradedesign.design.loop.loop_stages import Stages
 from gradedesign.design.loop.run_cost import RunCost
+from gradedesign.design.loop.stated_print import stated_print
 from gradedesign.design.resolve.lattice_files import STL_NAME, write_printed
 from gradedesign.design.resolve.oriented import oriented
 from gradedesign.design.resolve.own_cell import with_own_cell
@@ -33,16 +35,20 @@ from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.setup import Setup, prepare
 from gradedesign.design.resolve.size_effects import with_size_effects
 from gradedesign.design.resolve.solid import solve_solid, with_solid
+from gradedesign.design.resolve.stated_lattice import stated_lattice, stated_part
 from gradedesign.design.verdict.computed import Computed
 from gradedesign.design.verdict.printable import with_print_limits
 from gradedesign.design.verdict.result import RunResult
 from gradedesign.design.verdict.shown import Shown, shown_of
+from gradedesign.design.verdict.stated_result import stated_result
 from gradedesign.design.verdict.summary import (
     best_iteration,
     infeasible_result,
     partial_result,
     verdict_result,
 )
+from gradedesign.errors import CaseError
+from gradedesign.geometry.lattice.density_source import DensitySource
 from gradedesign.mechanics.explicit.correction import Correction
 from gradedesign.mechanics.explicit.yielding import yielding_words
 from gradedesign.mechanics.limits.limit import limits_stress
@@ -52,6 +58,7 @@ from gradedesign.program.host.registry import build_registry
 from gradedesign.program.outputs.failed import recording_failure
 from gradedesign.program.outputs.files import write_outputs
 from gradedesign.program.outputs.finished import finished_result
+from gradedesign.program.outputs.stated_files import write_stated
 from gradedesign.program.store.run_folder import RunFolder
 from gradedesign.program.store.stages import (
     default_folder,
@@ -74,8 +81,9 @@ def run(
     on_event: Listener = ignore,
     resume: bool = False,
     overwrite: bool = False,
+    density: DensitySource | None = None,
 ) -> RunResult:
-    """Run the whole loop on a case.
+    """Run the whole loop on a case, or build its lattice where its density is stated.
 
     Parameters
     ----------
@@ -92,6 +100,9 @@ def run(
         time or iterations of which there are more now; a finished one returns its result at once.
     overwrite : bool
         Replace the results of an earlier run.
+    density : callable, optional
+        Points ``(3, n)`` mm to relative density ``(n,)``, in place of a density that the case
+        states.
 
     Returns
     -------
@@ -103,22 +114,50 @@ def run(
     GradeDesignError
         Whatever stopped the run, by name; ``result.json`` then says ``failed``.
     """
+    if density is not None and not case.lattice.stated:
+        raise CaseError(
+            f"{case.where('lattice.density')}: density=... takes the place of a stated density, "
+            f"and the case has its density found; expected e.g. density = 0.3 in [lattice]"
+        )
     registry = build_registry() if registry is None else registry
     target = default_folder(case) if folder is None else folder
     with open_stages(target, case, resume=resume, overwrite=overwrite) as out:
         announce = Announcer(on_event)
-        done = finished_result(out, case) if resume else None
+        done = finished_result(out, case) if resume and density is None else None
         if done is not None:
             announce.say("resume", f"{out.path} holds the result of this case; nothing is run")
             return done
         with recording_failure(out, case, registry, announce.timing, announce.finished):
+            registry = with_own_cell(case, registry)
+            if case.lattice.stated:
+                return build_stated(case, registry, out, announce, density)
             return run_stages(case, registry, out, announce)
+
+
+def build_stated(
+    case: Case,
+    registry: Registry,
+    out: RunFolder,
+    announce: Announcer,
+    density: DensitySource | None,
+) -> RunResult:
+    """Build the lattice of a stated density, measure what is printed of it, and write it."""
+    with announce.stage("part"):
+        part = stated_part(case, registry)
+    with announce.stage("density"):
+        stated = stated_lattice(case, registry, part, density)
+    with announce.stage("lattice"):
+        made = stated_print(stated)
+    result = stated_result(registry, stated, made)
+    announce.say("lattice", made.words)
+    if joints := result.measures["joints_mm3"]:
+        announce.say("lattice", f"joints add {joints:.4g} mm^3")
+    return write_stated((out, registry, announce), stated, made, result)
 
 
 def run_stages(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -> RunResult:
     """Run the stages in order and write the result."""
     cost = RunCost(budget=case.run)
-    registry = with_own_cell(case, registry)
     with announce.stage("part"):
         setup = prepare(case, registry, announce.listener)
     announce.part(setup)

@@ -12,10 +12,9 @@ import pytest
 import trimesh
 
 from gradedesign import CaseError, PluginError, load_case
-from gradedesign.design.case.read_generate import load_generate_case
 from gradedesign.design.resolve.part_readers import part_readers
 from gradedesign.geometry.part.part import read_part
-from gradedesign.program.generate.generate import generate
+from gradedesign.pipeline import run
 from gradedesign.program.host.registry import build_registry
 
 README = (Path(__file__).parents[2] / "plugins" / "README.md").read_text(encoding="utf-8")
@@ -100,7 +99,7 @@ def test_the_readme_names_the_formats_of_its_plugin():
 
 def test_an_installed_format_is_read_and_another_written(installed, tmp_path, cli):
     case = write(tmp_path, GENERATED)
-    ended = cli("generate", case, "-o", tmp_path / "out", "--strict-plugins")
+    ended = cli("run", case, "-o", tmp_path / "out", "--strict-plugins")
     assert ended.code == 0, ended.err
     result = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
     assert result["files"]["lattice_voxels"] == "lattice.npz"
@@ -109,7 +108,7 @@ def test_an_installed_format_is_read_and_another_written(installed, tmp_path, cl
     # The field and the surface are one body: voxels of 0.25 mm hold the volume that is stated.
     with np.load(tmp_path / "out" / "lattice.npz") as voxels:
         volume = voxels["solid"].sum() * float(voxels["step"]) ** 3
-        assert voxels["case_hash"] == load_generate_case(case).case_hash
+        assert voxels["case_hash"] == load_case(case).case_hash
         assert voxels["name"] == "block"
         np.testing.assert_allclose(voxels["lower"], 0.0, atol=0.02)
     assert volume == pytest.approx(result["measures"]["volume_mm3"], rel=0.05)
@@ -168,9 +167,9 @@ def test_a_cad_file_without_its_plugin_names_the_plugin(tmp_path):
         part_readers(case.model_copy(update={"part": part}), bare)
 
 
-@pytest.mark.parametrize("command", ["run", "generate", "check"])
+@pytest.mark.parametrize("command", ["run", "stated", "check"])
 def test_what_nothing_installed_reads_or_writes_is_told_with_its_line(tmp_path, cli, command):
-    text = GENERATED if command == "generate" else SIZED
+    text = GENERATED if command == "stated" else SIZED
     place = [] if command == "check" else ["-o", tmp_path / "out"]
     case = write(tmp_path, text.replace('"voxels"', '"stll"'))
     wrong = cli(command, case, *place)
@@ -197,7 +196,7 @@ def test_a_file_without_a_unit_needs_one_in_the_case(tmp_path, cli):
     (tmp_path / "block.off").write_bytes(BOX.export(file_type="off").encode())
     text = GENERATED.replace("block.facets", "block.off").replace('"voxels", "stl"', '"obj"')
     (tmp_path / "case.toml").write_text(text, encoding="utf-8")
-    wrong = cli("generate", tmp_path, "-o", tmp_path / "out")
+    wrong = cli("run", tmp_path, "-o", tmp_path / "out")
     assert wrong.code == 2
     assert "case.toml:3: part.units: missing; block.off carries no unit" in wrong.err
 
@@ -212,7 +211,7 @@ def test_every_format_of_the_core_is_read_and_written(tmp_path, cli):
     text = text.replace('"voxels", "stl"', ", ".join(f'"{name}"' for name in formats))
     text = text.replace('file = "block.ply"', 'file = "block.ply"\nunits = "mm"')
     (tmp_path / "case.toml").write_text(text, encoding="utf-8")
-    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    ended = cli("run", tmp_path, "-o", tmp_path / "out")
     assert ended.code == 0, ended.err
     result = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
     for name in formats:
@@ -282,9 +281,9 @@ def gradedesign_readers():
 def test_a_broken_exporter_is_named_and_leaves_nothing(install, tmp_path, body, words):
     install("fake-writer", HEAD + BAD_EXPORTER.format(body=body))
     box = GENERATED.replace(PART, '[part]\nbox = ["5 mm", "5 mm", "5 mm"]\n')
-    case = load_generate_case(write(tmp_path, box.replace('"voxels", "stl"', '"fake"')))
+    case = load_case(write(tmp_path, box.replace('"voxels", "stl"', '"fake"')))
     with pytest.raises(PluginError, match=r"exporter 'fake' of fake-writer 1\.2 ") as told:
-        generate(case, folder=tmp_path / "out")
+        run(case, folder=tmp_path / "out")
     assert "writing lattice.fake" in str(told.value)
     assert words in str(told.value)
     names = {p.name for p in (tmp_path / "out").iterdir()}
@@ -313,7 +312,7 @@ def test_a_broken_exporter_is_named_and_leaves_nothing(install, tmp_path, body, 
 def test_a_broken_reader_is_named_with_its_file(install, tmp_path, cli, body, words):
     install("fake-reader", HEAD + BAD_READER.format(body=body))
     case = write(tmp_path, GENERATED.replace('"voxels", "stl"', '"stl"'))
-    ended = cli("generate", case, "-o", tmp_path / "out")
+    ended = cli("run", case, "-o", tmp_path / "out")
     assert ended.code in (3, 7)
     assert "case.toml:4: part.file: " in ended.err
     assert words in ended.err
@@ -322,7 +321,7 @@ def test_a_broken_reader_is_named_with_its_file(install, tmp_path, cli, body, wo
 
 def test_a_format_of_a_disabled_plugin_is_an_error_of_the_plugin(install, tmp_path, cli):
     install("fake-broken", "import no_such_module_at_all")
-    ended = cli("generate", write(tmp_path, GENERATED), "-o", tmp_path / "out")
+    ended = cli("run", write(tmp_path, GENERATED), "-o", tmp_path / "out")
     assert ended.code == 7
     assert "no_such_module_at_all" in ended.err
 
@@ -366,7 +365,7 @@ def test_two_formats_of_one_suffix_get_two_names(install, tmp_path):
     )
     box = GENERATED.replace(PART, '[part]\nbox = ["5 mm", "5 mm", "5 mm"]\n')
     text = box.replace('"voxels", "stl"', '"two", "one", "stl"') + '[material]\nname = "PA12"\n'
-    result = generate(load_generate_case(write(tmp_path, text)), folder=tmp_path / "out")
+    result = run(load_case(write(tmp_path, text)), folder=tmp_path / "out")
     names = ("lattice-two.stl", "lattice-one.stl", "lattice.stl")
     assert tuple(result.files[k] for k in ("lattice_two", "lattice_one", "stl")) == names
     assert (tmp_path / "out" / "lattice-two.stl").read_text() == "PA12 mm"
@@ -376,8 +375,8 @@ def test_an_exporter_may_evaluate_the_field(install, tmp_path):
     body = "np.savetxt(path, lattice.field(lattice.surface.vertices.T))"
     install("fake-field", HEAD + BAD_EXPORTER.format(body=body))
     box = GENERATED.replace(PART, '[part]\nbox = ["5 mm", "5 mm", "5 mm"]\n')
-    case = load_generate_case(write(tmp_path, box.replace('"voxels", "stl"', '"fake"')))
-    generate(case, folder=tmp_path / "out")
+    case = load_case(write(tmp_path, box.replace('"voxels", "stl"', '"fake"')))
+    run(case, folder=tmp_path / "out")
     values = np.loadtxt(tmp_path / "out" / "lattice.fake")
     # The surface was extracted on a grid of 0.2 mm: its vertices lie near the zero set.
     assert np.abs(values).max() < 0.05

@@ -112,7 +112,7 @@ def test_a_case_that_needs_a_plugin_is_told_which(tmp_path, cli, monkeypatch, pa
     for name in ("block.stp", "block.stl", "scan.nrrd"):
         (tmp_path / name).write_text("", encoding="utf-8")
     (tmp_path / "case.toml").write_text(CASE.format(part=part), encoding="utf-8")
-    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    ended = cli("run", tmp_path, "-o", tmp_path / "out")
     assert ended.code == 2
     assert words in " ".join(ended.err.split())
 

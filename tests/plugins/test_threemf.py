@@ -41,7 +41,7 @@ formats = ["3mf", "3mf-beams"]
 def generated(cli, folder, *, cell="bcc", lattice="density = 0.15", length=24, keep=""):
     text = CASE.format(cell=cell, lattice=lattice, length=length, keep=keep)
     (folder / "case.toml").write_text(text, encoding="utf-8")
-    ended = cli("generate", folder, "-o", folder / "out")
+    ended = cli("run", folder, "-o", folder / "out")
     return ended, folder / "out"
 
 

@@ -394,7 +394,8 @@ def test_lines_name_every_key_that_toml_holds():
 def test_json_schema_for_editors():
     schema = schema_json(CaseFile)
     json.dumps(schema)
-    assert schema["required"] == ["case", "part", "material", "load_case", "limits", "lattice"]
+    assert schema["required"] == ["case", "part", "lattice"]
+    assert schema["else"]["required"] == ["material", "load_case", "limits"]
     definitions = schema["definitions"]
     gradings = definitions["LatticeSpec"]["properties"]["grading"]["enum"]
     assert gradings == ["uniform", "level", "thickness", "size", "ratio"]

@@ -362,7 +362,6 @@ def test_output_into_a_closed_pipe_ends_quietly(here):
     "words",
     [
         ("run", CASES / "infeasible", "-o"),
-        ("generate", CASES / "infeasible", "-o"),
         ("tabulate", "bcc", "-o"),
         ("sweep", CASES.parent / "docs" / "tutorial" / "study.toml", "-o"),
         ("sweep",),

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from gradedesign import CellFamily
-from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.verdict.density_warnings import BesideCells, density_warnings
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.slab_density import SlabDensities
-from gradedesign.program.generate import generate_files
-from gradedesign.program.generate.density_warnings import BesideCells, density_warnings
+from gradedesign.program.outputs import stated_files
 
 CASE = """\
 [case]
@@ -30,9 +30,9 @@ ROD = '[[keep]]\ncylinder = {diameter = "4 mm", point = ["0 mm", "6 mm", "6 mm"]
 
 @pytest.mark.parametrize("kept", ["", ROD], ids=["lattice alone", "rod along struts"])
 def test_a_rod_along_struts_is_told_to_take_their_density(kept, tmp_path, cli, monkeypatch):
-    monkeypatch.setattr(generate_files, "picture_lattice", lambda *_, **__: ())
+    monkeypatch.setattr(stated_files, "picture_lattice", lambda *_, **__: ())
     (tmp_path / "case.toml").write_text(CASE + kept, encoding="utf-8")
-    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    ended = cli("run", tmp_path, "-o", tmp_path / "out")
     assert ended.code == 0, ended.err
     result = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
     density = result["measures"]["density"]
@@ -77,14 +77,13 @@ def told(folder, slabs, *, period=1, more="", wall=0.036, loose=0.0, joints=0.0)
     domain = DesignDomain(
         distance=lambda points: points[0], lower=np.zeros(3), upper=np.full(3, 6.0)
     )
-    return density_warnings(
-        load_generate_case(folder / "case.toml"),
-        SimpleNamespace(families=(SimpleNamespace(family=family),)),
-        domain,
-        slabs,
+    stated = SimpleNamespace(
+        case=load_case(folder / "case.toml"),
+        cells=SimpleNamespace(families=(SimpleNamespace(family=family),)),
+        design=SimpleNamespace(domain=domain),
         wall=wall,
-        beside=BesideCells(loose=loose, joints=joints),
     )
+    return density_warnings(stated, slabs, BesideCells(loose=loose, joints=joints))
 
 
 @pytest.mark.parametrize(

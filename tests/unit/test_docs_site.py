@@ -13,7 +13,6 @@ from pydantic import TypeAdapter
 import gradedesign
 from gradedesign import load_case
 from gradedesign.common.values.table import Table
-from gradedesign.design.case.generate_schema import GenerateFile
 from gradedesign.design.case.schema import CaseFile, schema_json
 from gradedesign.mechanics.limits.limits_schema import with_limit_entries
 from gradedesign.program.commands.app import app
@@ -70,13 +69,12 @@ def own_value(field, text):
     return TypeAdapter(stated).validate_python(value)
 
 
-@pytest.mark.parametrize("layout", [CaseFile, GenerateFile])
-def test_every_key_of_a_case_has_type_unit_range_default_and_example(pages, layout):
+def test_every_key_of_a_case_has_type_unit_range_default_and_example(pages):
     text = "\n".join(pages.case_keys())
     entries = entries_of(None)
-    schema = schema_json(layout, entries)
+    schema = schema_json(CaseFile, entries)
     blocks = dict(pages.case_blocks(schema))
-    fields = dict(keys_of(with_limit_entries(layout, entries)))
+    fields = dict(keys_of(with_limit_entries(CaseFile, entries)))
     assert {name for name in blocks if name[0] != "["} == set(fields)
     assert {"region.NAME.plane.normal", "limits.compliance.work", "load_case.fix.region"} < {
         *fields
@@ -158,7 +156,7 @@ def test_the_tutorial_is_the_case_that_it_shows():
 
 @pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda p: p.stem)
 def test_every_case_fragment_is_toml_with_keys_that_exist(page, pages, tmp_path):
-    schemas = [schema_json(layout, entries_of(None)) for layout in (CaseFile, GenerateFile)]
+    schema = schema_json(CaseFile, entries_of(None))
     for text in re.findall(r"^```toml\n(.*?)^```$", page.read_text("utf-8"), re.M | re.S):
         if page.stem == "limits":
             text = text if text.startswith("[") else f"[limits]\n{text}"
@@ -168,9 +166,8 @@ def test_every_case_fragment_is_toml_with_keys_that_exist(page, pages, tmp_path)
             continue
         for section, body in tomllib.loads(text).items():
             allowed = set()
-            for schema in schemas:
-                for name in pages._references(schema["properties"].get(section, {})):
-                    allowed |= set(schema["definitions"][name]["properties"])
+            for name in pages._references(schema["properties"].get(section, {})):
+                allowed |= set(schema["definitions"][name]["properties"])
             tables = body if isinstance(body, list) else [body]
             if section == "region":
                 tables = body.values()

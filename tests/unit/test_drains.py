@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from plain_cells import plain_cells
 
-from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.design.case.read_case import load_case
 from gradedesign.errors import CaseError, ResourceError
 from gradedesign.geometry.lattice import closed_voids as module
 from gradedesign.geometry.lattice.closed_voids import closed_voids
@@ -40,7 +40,7 @@ density = 0.25
 def designed(folder, more):
     """The lattice of a case before its drain holes, and the case."""
     (folder / "case.toml").write_text(CASE + more)
-    case = load_generate_case(folder)
+    case = load_case(folder)
     part = read_part(case, {})
     design = LatticeDesign(
         domain=design_domain(case, part),

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from plain_cells import plain_cells
 
-from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.design.case.read_case import load_case
 from gradedesign.errors import CaseError, ResourceError
 from gradedesign.geometry.lattice.design_domain import design_domain
 from gradedesign.geometry.lattice.domain import SKIN, phase_at
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.geometry.part.part import read_part
-from gradedesign.program.generate.generate import generate
+from gradedesign.pipeline import run
 from gradedesign.program.host.registry import build_registry
 
 EDGES = np.array([20.0, 12.0, 12.0])
@@ -39,7 +39,7 @@ box = {lower = ["14 mm", "0 mm", "0 mm"], upper = ["15.5 mm", "12 mm", "12 mm"]}
 def read(folder, more):
     folder.mkdir(exist_ok=True)
     (folder / "case.toml").write_text(CASE + more)
-    return load_generate_case(folder)
+    return load_case(folder)
 
 
 def domain_of(folder, more):
@@ -127,7 +127,7 @@ def test_cavities_are_told_apart_after_the_bevel(tmp_path):
 def test_both_are_in_the_printed_file_and_said(tmp_path):
     more = 'bevel = "1 mm"\nleast_cavity = "4 mm"\n' + WALL
     case = read(tmp_path, SKIN_KEY + more)
-    result = generate(case, build_registry(), folder=tmp_path / "out")
+    result = run(case, build_registry(), folder=tmp_path / "out")
     assert any("least_cavity: 1 cavity" in warning for warning in result.warnings)
     density = result.measures["density"]
     room = rounded_box((12.5, 9.0, 9.0), 1.0) / EDGES.prod()

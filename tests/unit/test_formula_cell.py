@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.design.case.read_case import load_case
 from gradedesign.design.resolve.own_cell import with_own_cell
 from gradedesign.errors import CaseError, PluginError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.formula_cell import formula_cell
 from gradedesign.mechanics.homogenise.cell_properties import cell_properties
-from gradedesign.program.generate.generate import generate
+from gradedesign.pipeline import run
 from gradedesign.program.host.registry import build_registry
 
 GYROID = "sin(2*pi*x)*cos(2*pi*y) + sin(2*pi*y)*cos(2*pi*z) + sin(2*pi*z)*cos(2*pi*x)"
@@ -59,7 +59,7 @@ def written(folder, formula, kind, density="0.3", more=""):
 @pytest.mark.parametrize("kind", ["sheet", "network"])
 def test_the_formula_of_an_installed_cell_is_that_cell(tmp_path, kind):
     """Gyroid: the same field, window, levels, and at 24 voxels the same stiffness and strength."""
-    case = load_generate_case(written(tmp_path, GYROID, kind))
+    case = load_case(written(tmp_path, GYROID, kind))
     mine = with_own_cell(case, REGISTRY).cell_families["mine"]
     theirs = REGISTRY.cell_families[f"gyroid-{kind}"]
     u = np.random.default_rng(7).random((3, 500))
@@ -90,16 +90,14 @@ def test_check_takes_a_formula(cli, tmp_path):
 
 
 def test_generate_prints_a_formula_at_its_density(tmp_path):
-    result = generate(load_generate_case(written(tmp_path, P, "sheet")), folder=tmp_path / "out")
+    result = run(load_case(written(tmp_path, P, "sheet")), folder=tmp_path / "out")
     # Two cells of five millimetres an edge, each exactly at its density; the surface's facets.
     assert result.relative_density == pytest.approx(0.3, abs=0.01)
 
 
 def test_a_parameter_of_the_formula_is_one_of_the_cell(tmp_path):
     options = 'parameters = [["bias", 0.0]]\n[lattice.parameters]\nbias = 0.7\n'
-    case = load_generate_case(
-        written(tmp_path, P + " + bias * cos(4*pi*x)", "network", "0.5", options)
-    )
+    case = load_case(written(tmp_path, P + " + bias * cos(4*pi*x)", "network", "0.5", options))
     mine = with_own_cell(case, REGISTRY).cell_families["mine"]
     at = np.array([[0.25], [0.1], [0.3]])
     told = mine.shape(at, **case.lattice.parameters)

@@ -18,7 +18,6 @@ from PIL import Image
 
 from gradedesign.common.values.formula import parse_formula
 from gradedesign.design.case.read_case import load_case
-from gradedesign.design.case.read_generate import load_generate_case
 from gradedesign.design.resolve.own_cell import with_own_cell
 from gradedesign.design.resolve.resolve import lookup, resolve_material
 from gradedesign.errors import GradeDesignError
@@ -42,7 +41,7 @@ CASES = Path(__file__).parents[2] / "cases"
 ROUND = 50
 MEMORY = 50_000_000
 
-GENERATE = """
+STATED = """
 [case]
 name = "fuzzed"
 [part]
@@ -123,7 +122,7 @@ def registry():
 
 @pytest.fixture
 def folders(tmp_path):
-    """Every case, with the files it names, and one of ``generate``."""
+    """Every case, with the files it names, and one of a stated density."""
     found = []
     for source in sorted(CASES.iterdir()):
         if (source / "case.toml").is_file():
@@ -132,16 +131,16 @@ def folders(tmp_path):
             for file in source.iterdir():
                 if file.suffix in (".toml", ".stl"):
                     shutil.copy(file, folder)
-            found.append((folder, (folder / "case.toml").read_text(encoding="utf-8"), load_case))
-    folder = tmp_path / "generate"
+            found.append((folder, (folder / "case.toml").read_text(encoding="utf-8")))
+    folder = tmp_path / "stated"
     folder.mkdir()
-    found += [(folder, GENERATE, load_generate_case)] * 2
+    found += [(folder, STATED)] * 2
     return found
 
 
-def look_at(load, folder, registry):
+def look_at(folder, registry):
     """What ``check`` does up to the first mesh."""
-    case = load(folder)
+    case = load_case(folder)
     registry = with_own_cell(case, registry)
     if case.material is not None:
         resolve_material(case.material, registry)
@@ -162,12 +161,12 @@ def test_altered_cases(folders, registry, number):
     rng = random.Random(1000 + number)
     read = 0
     for n in range(ROUND):
-        folder, text, load = rng.choice(folders)
+        folder, text = rng.choice(folders)
         content = altered_case(rng, text).encode("utf-8", "surrogateescape")
         (folder / "case.toml").write_bytes(content)
         words = "read"
         try:
-            look_at(load, folder, registry)
+            look_at(folder, registry)
             read += 1
         except GradeDesignError as error:
             words = str(error).strip()

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.design.case.read_case import load_case
 from gradedesign.errors import CaseError, DensityError
 from gradedesign.geometry.cell.cells import cell_increments, row_weights
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.shape import spread_points
-from gradedesign.program.generate.generate import generate
+from gradedesign.pipeline import run
 from gradedesign.program.host.registry import build_registry
 
 
@@ -100,7 +100,7 @@ def registry():
 
 def generated(folder, text, registry):
     (folder / "case.toml").write_text(CASE + text)
-    return generate(load_generate_case(folder), registry, folder=folder / "out")
+    return run(load_case(folder), registry, folder=folder / "out")
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ import pytest
 from plain_cells import plain_cells
 
 from gradedesign.design.case.read_case import load_case
-from gradedesign.design.case.read_generate import load_generate_case
 from gradedesign.errors import CaseError, LatticeError
 from gradedesign.geometry.formats.write_stl import surface_of_stl, write_stl
 from gradedesign.geometry.lattice.domain import DesignDomain
@@ -24,7 +23,7 @@ from gradedesign.geometry.triangles.surface_mesh import (
     enclosed_volume,
     open_edge_count,
 )
-from gradedesign.program.generate.generate import generate
+from gradedesign.pipeline import run
 from gradedesign.program.host.registry import build_registry
 
 EDGES = (12.0, 8.0, 8.0)
@@ -70,8 +69,8 @@ def made(folder, lattice=SKIN, outer="cad", printed="", units="mm"):
     part_file(folder, 0.1 if units == "cm" else 1.0)
     text = CASE.format(lattice=lattice, outer=outer, printed=printed, units=units)
     (folder / "case.toml").write_text(text)
-    case = load_generate_case(folder)
-    return generate(case, build_registry(), folder=folder / "out")
+    case = load_case(folder)
+    return run(case, build_registry(), folder=folder / "out")
 
 
 def written(folder):

@@ -7,13 +7,11 @@ from datetime import date
 from typing import get_args, get_origin
 
 import pytest
-from mistakes import BOXES, CHECKED, GENERATED, OF_CHECK, OF_GENERATE, TYPED
+from mistakes import BOXES, CHECKED, OF_CHECK, OF_STATED, STATED, TYPED
 from pydantic import BaseModel
 
 from gradedesign.common.values.suggest import described, meant
-from gradedesign.design.case.generate_schema import GenerateFile
 from gradedesign.design.case.read_case import load_case
-from gradedesign.design.case.read_generate import load_generate_case
 from gradedesign.design.case.schema import CaseFile
 from gradedesign.errors import CaseError
 from gradedesign.geometry.formats.write_stl import write_stl
@@ -22,7 +20,7 @@ from gradedesign.geometry.part.box import box_surface
 LISTS = {
     "typed": ("check", CHECKED, TYPED),
     "check": ("check", CHECKED, OF_CHECK),
-    "generate": ("generate", GENERATED, OF_GENERATE),
+    "run of a stated density": ("run", STATED, OF_STATED),
 }
 
 
@@ -89,7 +87,7 @@ def test_every_mistake_is_told_as_a_person_needs_it(command, base, mistakes, fol
 
 
 def test_the_list_covers_what_it_says():
-    rows = [*TYPED, *OF_CHECK, *OF_GENERATE]
+    rows = [*TYPED, *OF_CHECK, *OF_STATED]
     assert len(rows) >= 120
     assert all(len(of) == len({row.edits for row in of}) for _, _, of in LISTS.values())
     named = {row.key.split(".")[0].split("[")[0] for row in rows if row.key}
@@ -144,18 +142,15 @@ def written(path):
     return f"[{first}]\n# a date\n{inner}\n", dotted, 3
 
 
-@pytest.mark.parametrize(
-    ("layout", "read"), [(CaseFile, load_case), (GenerateFile, load_generate_case)]
-)
-def test_every_key_of_the_schema_is_told_at_its_line(layout, read, tmp_path):
-    paths = list(dict.fromkeys(tables(layout)))
+def test_every_key_of_the_schema_is_told_at_its_line(tmp_path):
+    paths = list(dict.fromkeys(tables(CaseFile)))
     assert len(paths) > 150
     failing = []
     for path in paths:
         text, dotted, line = written(path)
         (tmp_path / "case.toml").write_text(text)
         with pytest.raises(CaseError) as caught:
-            read(tmp_path)
+            load_case(tmp_path)
         told = str(caught.value).split("\n")[1:]
         if not any(row.startswith(f"case.toml:{line}: {dotted}: ") for row in told):
             failing.append(f"{text}expected {line}: {dotted}\n" + "\n".join(told))
@@ -163,7 +158,7 @@ def test_every_key_of_the_schema_is_told_at_its_line(layout, read, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("command", "base"), [("check", CHECKED), ("run", CHECKED), ("generate", GENERATED)]
+    ("command", "base"), [("check", CHECKED), ("run", CHECKED), ("run", STATED)]
 )
 @pytest.mark.parametrize("mistake", ["cell = ", 'cells = "'])
 def test_a_mistake_in_the_text_loads_nothing(command, base, mistake, tmp_path):

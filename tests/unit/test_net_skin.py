@@ -7,13 +7,13 @@ import pytest
 from plain_cells import plain_cells
 from scipy import ndimage
 
-from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.design.case.read_case import load_case
 from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.domain import DesignDomain, grown
 from gradedesign.geometry.lattice.joint_volume import joint_volume
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.geometry.lattice.net_skin import NetSkin
-from gradedesign.program.generate.generate import generate
+from gradedesign.pipeline import run
 from gradedesign.program.host.registry import build_registry
 
 #: A cube of 16 mm about the origin, turned about x.
@@ -143,8 +143,8 @@ def test_a_generated_net_joins_struts_that_the_part_cuts_off(tmp_path):
     results = []
     for words in ("", 'skin = {thickness = "0.8 mm", net = true}\n'):
         (tmp_path / "case.toml").write_text(CASE + words)
-        case = load_generate_case(tmp_path)
-        results.append(generate(case, build_registry(), folder=tmp_path / "out", overwrite=True))
+        case = load_case(tmp_path)
+        results.append(run(case, build_registry(), folder=tmp_path / "out", overwrite=True))
     (plain,), net = ([w for w in r.warnings if "floating" in w] for r in results)
     assert plain.startswith("8 floating")
     assert net == []
@@ -165,11 +165,11 @@ def test_a_generated_net_joins_struts_that_the_part_cuts_off(tmp_path):
 def test_keys_of_a_net(tmp_path, more, words):
     (tmp_path / "case.toml").write_text(CASE + more + "\n")
     with pytest.raises(CaseError, match=words):
-        load_generate_case(tmp_path)
+        load_case(tmp_path)
 
 
 def test_sheets_have_no_net(tmp_path):
     text = CASE.replace('"bcc"', '"gyroid-sheet"') + 'skin = {thickness = "1 mm", net = true}\n'
     (tmp_path / "case.toml").write_text(text)
     with pytest.raises(CaseError, match="'gyroid-sheet' has none"):
-        generate(load_generate_case(tmp_path), build_registry(), folder=tmp_path / "out")
+        run(load_case(tmp_path), build_registry(), folder=tmp_path / "out")

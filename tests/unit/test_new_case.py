@@ -239,7 +239,7 @@ def test_a_scan_is_refused_by_name(cli, tmp_path):
     assert not (tmp_path / "case").exists()
 
 
-@pytest.mark.parametrize("command", ["check", "run", "generate"])
+@pytest.mark.parametrize("command", ["check", "run"])
 def test_a_part_in_place_of_a_case_is_told_of_the_way(cli, tmp_path, command):
     binary, text = BRACKET, tmp_path / "text.stl"
     trimesh.creation.box((3.0, 2.0, 1.0)).export(text, file_type="stl_ascii")

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from gradedesign.design.case.read_case import load_case
-from gradedesign.design.case.read_generate import load_generate_case
 from gradedesign.design.resolve.own_cell import with_own_cell
 from gradedesign.errors import CaseError, GradeDesignError
 from gradedesign.geometry.cell.calibration import calibrate
-from gradedesign.program.generate.generate import generate
+from gradedesign.pipeline import run
 from gradedesign.program.host.registry import build_registry
 
 START = """\
@@ -31,7 +30,7 @@ REGISTRY = build_registry()
 
 def case(folder, own, start=START):
     (folder / "case.toml").write_text(f"{start}[lattice.own_cell]\n{own}\n{DENSITY}")
-    return load_generate_case(folder)
+    return load_case(folder)
 
 
 def family(folder, own):
@@ -77,7 +76,7 @@ def test_a_mesh_of_a_case_is_printed_as_it_is(tmp_path):
     whole.mkdir()
     text = START.replace('"mine"', '"primitive-network"') + DENSITY
     (whole / "case.toml").write_text(text)
-    first = generate(load_generate_case(whole), folder=tmp_path / "out")
+    first = run(load_case(whole), folder=tmp_path / "out")
     shutil.copy(tmp_path / "out" / "lattice.stl", tmp_path / "cell.stl")
     mine = family(
         tmp_path,
@@ -90,7 +89,7 @@ def test_a_mesh_of_a_case_is_printed_as_it_is(tmp_path):
 
 def test_a_case_with_its_own_cell_is_generated(tmp_path, cli):
     case(tmp_path, CUBES)
-    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    ended = cli("run", tmp_path, "-o", tmp_path / "out")
     assert ended.code == 0, ended.err
     result = json.loads((tmp_path / "out" / "result.json").read_text())
     assert result["relative_density"] == pytest.approx(0.3, abs=0.01)

@@ -89,7 +89,7 @@ def test_new_check_generate_and_run_say_the_same(file, cli):
     assert ended.code == 0, ended.err
     result = json.loads((folder / "run" / "result.json").read_text(encoding="utf-8"))
     (folder / "case.toml").write_text(GENERATED)
-    ended = cli("generate", folder, "-o", folder / "generated")
+    ended = cli("run", folder, "-o", folder / "generated")
     assert ended.code == 0, ended.err
     other = json.loads((folder / "generated" / "result.json").read_text(encoding="utf-8"))
     for found in (result, other, part):
@@ -104,7 +104,7 @@ def test_new_check_generate_and_run_say_the_same(file, cli):
         assert f"<td>{body['name']}</td><td>{body['role']}</td><td>{body['done']}</td>" in table
 
 
-@pytest.mark.parametrize("command", ["new", "check", "generate"])
+@pytest.mark.parametrize("command", ["new", "check", "run"])
 def test_a_contradiction_is_refused_by_every_command(file, cli, command):
     package = Package([thing(1, mesh(BLOCK.vertices, SLOT.vertices), name="plate")], [item(1)])
     package.metadata = prusa_config(
@@ -112,7 +112,7 @@ def test_a_contradiction_is_refused_by_every_command(file, cli, command):
     )
     file.write_bytes(package.data())
     case = written(file.parent, LIMITS)
-    if command == "generate":
+    if command == "run":
         case.write_text(GENERATED)
     output = () if command == "check" else ("-o", file.parent / "out")
     ended = cli(command, file if command == "new" else case, *output)

@@ -36,7 +36,7 @@ build_direction = "+x"
 
 def generated(cli, folder, keys, code):
     (folder / "case.toml").write_text(CASE.format(keys=keys), encoding="utf-8")
-    ended = cli("generate", folder, "-o", folder / "out", "--overwrite")
+    ended = cli("run", folder, "-o", folder / "out", "--overwrite")
     assert ended.code == code, ended.err
     path = folder / "out" / "result.json"
     result = json.loads(path.read_text(encoding="utf-8")) if code in (0, 4) else {}

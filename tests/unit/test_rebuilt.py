@@ -41,7 +41,7 @@ def generate(folder, cli, old="", new=""):
     """The end of `generate` on the case with a text of it replaced."""
     write_part(folder / "part.stl")
     (folder / "case.toml").write_text(CASE.replace(old, new), encoding="utf-8")
-    return cli("generate", folder / "case.toml", "-o", folder / "out")
+    return cli("run", folder / "case.toml", "-o", folder / "out")
 
 
 def test_a_soup_becomes_a_lattice(tmp_path, cli):
@@ -61,7 +61,7 @@ def test_a_grid_joins_solids_that_touch_only_where_the_case_says_so(tmp_path, cl
     (tmp_path / "part.stl").write_bytes(binary(np.concatenate(halves)))
     text = CASE.replace('repair = "', f'bodies = "{bodies}"\nrepair = "')
     (tmp_path / "case.toml").write_text(text, encoding="utf-8")
-    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    ended = cli("run", tmp_path, "-o", tmp_path / "out")
     assert ended.code == code, ended.err
     said = " ".join((ended.out + ended.err).split())
     assert "makes 1 of 2 solids that touch along 64 mm^2" in said

@@ -184,7 +184,7 @@ def test_generate_refuses_formats_before_it_makes_anything(cli, tmp_path):
         '[case]\nname = "block"\n[part]\nbox = ["12 mm", "12 mm", "12 mm"]\n[lattice]\n'
         'cell = "gyroid-sheet"\nsize = "6 mm"\ndensity = 0.3\n' + FORMATS.format("3mf-beams")
     )
-    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    ended = cli("run", tmp_path, "-o", tmp_path / "out")
     assert ended.code == 2
     assert "output.formats: the format '3mf-beams' cannot be written" in ended.err
     assert not (tmp_path / "out" / "lattice.stl").exists()

@@ -10,7 +10,7 @@ import pytest
 from damaged_shapes import ANNULUS, CUBE, binary, box, corners_of, cube, ring, rod, swept, text
 from small_parts import held_bar
 
-from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.design.case.read_case import load_case
 from gradedesign.geometry.formats.read_stl import read_stl
 from gradedesign.geometry.part.part import read_part
 
@@ -90,7 +90,7 @@ def generated(folder, file):
 
 @pytest.mark.parametrize("name", [name for name, file in FILES.items() if file.volume is None])
 def test_generate_refuses(name, tmp_path, cli):
-    ended = cli("generate", generated(tmp_path, FILES[name]), "-o", tmp_path / "out")
+    ended = cli("run", generated(tmp_path, FILES[name]), "-o", tmp_path / "out")
     assert ended.code == 3
     assert FILES[name].words in ended.err
 
@@ -98,7 +98,7 @@ def test_generate_refuses(name, tmp_path, cli):
 @pytest.mark.parametrize("name", [name for name, file in FILES.items() if file.volume])
 def test_the_part_of_a_case_has_the_true_volume(name, tmp_path):
     file = FILES[name]
-    part = read_part(load_generate_case(generated(tmp_path, file)), {".stl": read_stl})
+    part = read_part(load_case(generated(tmp_path, file)), {".stl": read_stl})
     # The ring's chords lose 0.2 %, single precision 1e-6.
     assert part.volume == pytest.approx(file.volume, rel=2e-3 if "ring" in name else 1e-5)
     assert part.report.changes == file.words
@@ -106,7 +106,7 @@ def test_the_part_of_a_case_has_the_true_volume(name, tmp_path):
 
 def test_generate_prints_no_overlap_twice_and_counts_what_it_changed(tmp_path, cli):
     file = File(binary(ring(1.5137)), ANNULUS, "")
-    ended = cli("generate", generated(tmp_path, file), "-o", tmp_path / "out")
+    ended = cli("run", generated(tmp_path, file), "-o", tmp_path / "out")
     assert ended.code == 0, ended.err
     result = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
     assert result["repairs"] == {"shells_united": 1}

@@ -142,7 +142,7 @@ formats = ["stl"]
 """,
         encoding="utf-8",
     )
-    done = cli("generate", tmp_path, "-o", tmp_path / "out")
+    done = cli("run", tmp_path, "-o", tmp_path / "out")
     assert done.code == 0, done.err
     data = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
     assert undocumented(data) == []

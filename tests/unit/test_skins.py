@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from plain_cells import plain_cells
 
-from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.design.case.read_case import load_case
 from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.domain import LATTICE, SKIN, DesignDomain, phase_at
 from gradedesign.geometry.lattice.joint_volume import joint_volume
@@ -15,7 +15,7 @@ from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.geometry.lattice.skin import Skin
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.signed_distance import surface_distance
-from gradedesign.program.generate.generate import generate
+from gradedesign.pipeline import run
 from gradedesign.program.host.registry import build_registry
 
 SIZE = np.array([12.0, 8.0, 8.0])
@@ -101,7 +101,7 @@ density = 0.3
 
 def made(folder, more):
     (folder / "case.toml").write_text(CASE + more)
-    return generate(load_generate_case(folder), build_registry(), folder=folder / "out")
+    return run(load_case(folder), build_registry(), folder=folder / "out")
 
 
 def test_generated_skins_and_joints_are_in_the_file_and_said(tmp_path):
@@ -149,10 +149,10 @@ def test_generated_skins_and_joints_are_in_the_file_and_said(tmp_path):
 def test_keys_of_a_skin(tmp_path, skin, words):
     (tmp_path / "case.toml").write_text(CASE + f"skin = {skin}\n")
     if words is None:
-        load_generate_case(tmp_path)
+        load_case(tmp_path)
         return
     with pytest.raises(CaseError, match=words):
-        load_generate_case(tmp_path)
+        load_case(tmp_path)
 
 
 def test_formula_outside_its_thickness_is_refused_with_the_place(tmp_path):

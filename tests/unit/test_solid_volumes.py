@@ -22,8 +22,8 @@ from gradedesign.geometry.part.part import read_part
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.mechanics.explicit.bricks_within_budget import _box_planes
 from gradedesign.program.commands.check_data import passive_solids
-from gradedesign.program.generate import generate_files
 from gradedesign.program.host.registry import build_registry
+from gradedesign.program.outputs import stated_files
 from gradedesign.program.pictures.marks import region_marks
 
 READERS = {".stl": read_stl}
@@ -224,14 +224,14 @@ def test_finite_cells_lay_their_grid_on_faces_of_a_box_in_the_part(tmp_path):
 
 
 def test_generate_prints_a_flush_volume_solid(tmp_path, cli, monkeypatch):
-    monkeypatch.setattr(generate_files, "picture_lattice", lambda *_, **__: ())
+    monkeypatch.setattr(stated_files, "picture_lattice", lambda *_, **__: ())
     (tmp_path / "case.toml").write_text(
         '[case]\nname = "flush"\n[part]\nbox = ["12 mm", "4 mm", "4 mm"]\n[lattice]\n'
         'cell = "gyroid-sheet"\nsize = "4 mm"\ndensity = 0.3\n'
         '[[keep]]\nbox = {lower = ["0 mm", "0 mm", "0 mm"], upper = ["4 mm", "4 mm", "4 mm"]}\n',
         encoding="utf-8",
     )
-    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    ended = cli("run", tmp_path, "-o", tmp_path / "out")
     assert ended.code == 0, ended.err
     measures = json.loads((tmp_path / "out" / "result.json").read_text())["measures"]
     slabs = measures["density"]["slabs"]["x"]

@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 from small_parts import WALLS
 
-from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.resolve.stated_density import stated_density
+from gradedesign.design.resolve.stated_map import stated_map
 from gradedesign.errors import CaseError, DensityError, LatticeError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.family import CellFamily
@@ -14,8 +16,6 @@ from gradedesign.geometry.lattice.placed_map import lattice_points
 from gradedesign.geometry.part.part import read_part
 from gradedesign.geometry.part.part_mesh import box_part_mesh
 from gradedesign.geometry.tets.tet_mesh import centroids
-from gradedesign.program.generate.stated_density import stated_density
-from gradedesign.program.generate.stated_map import stated_map
 
 CASE = """\
 [case]
@@ -31,7 +31,7 @@ cell = "walls"
 
 def mapped(folder, text, family=WALLS):
     (folder / "case.toml").write_text(CASE + text)
-    case = load_generate_case(folder)
+    case = load_case(folder)
     part = read_part(case, {})
     domain = design_domain(case, part)
     calibration = calibrate(family)
@@ -236,7 +236,7 @@ def test_cells_follow_a_field_from_outside(tmp_path, kind):
         ('direction = ["1", "0"]', "expected three entries"),
         ('direction = ["1", "0", "w"]', "unknown name"),
         ('direction = ["0", "0", "0"]', "zero nearly everywhere"),
-        ('load_case = "pull"', "belongs to `gradedesign run`"),
+        ('load_case = "pull"', "needs the stress of an analysis"),
         ('vtu = "nothing.vtu"', "does not exist"),
         ('direction = ["1", "0", "0"]\nfield = "a"', "field: belongs to vtu"),
         (

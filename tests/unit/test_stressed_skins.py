@@ -159,6 +159,6 @@ def test_generate_has_no_stress(cli, tmp_path):
         f'cell = "gyroid-sheet"\nsize = "10 mm"\ndensity = 0.3\nskin = {ALL_ROUND}\n'
     )
     (tmp_path / "case.toml").write_text(text, encoding="utf-8")
-    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    ended = cli("run", tmp_path, "-o", tmp_path / "out")
     assert ended.code == 2
     assert "asks for the stress of an analysis; expected a formula" in " ".join(ended.err.split())

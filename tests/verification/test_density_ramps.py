@@ -86,7 +86,7 @@ def test_a_level_linear_in_place_would_fail(families):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(REGISTRY.cell_families))
 def test_every_installed_family(families, name):
-    # Thin walls and small voids need a finer grid: as `gradedesign generate` chooses it for walls,
+    # Thin walls and small voids need a finer grid: as a run of a stated density has it for walls,
     # also where bodies hardly touch and there is none (0 mm).
     calibration = calibrate(families[name])
     low = max(0.1, calibration.window[0])

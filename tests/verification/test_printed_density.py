@@ -1,7 +1,7 @@
 """What is printed has the stated density, in every cell, whatever the family and however thin.
 
-By what `gradedesign generate` makes at its default settings: blocks of two by two by two cells at
-three places of every family's window, and a transition. Families of a long period are random: a
+By what a run of a stated density makes at its default settings: blocks of two by two by two cells
+at three places of every family's window, and a transition. Families of a long period are random: a
 block of them has no stated density, and is compared with its own field at evenly spread points.
 """
 
@@ -11,17 +11,13 @@ import re
 import numpy as np
 import pytest
 
-from gradedesign.design.case.read_generate import load_generate_case
-from gradedesign.design.resolve.part_readers import part_readers
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.loop.stated_print import stated_print
+from gradedesign.design.resolve.stated_lattice import stated_lattice, stated_part
 from gradedesign.errors import LatticeError
 from gradedesign.geometry.cell.calibration import calibrate
-from gradedesign.geometry.cell.wall_size import wall_mm
 from gradedesign.geometry.lattice.lattice import lattice_field
 from gradedesign.geometry.lattice.slab_density import field_points
-from gradedesign.geometry.part.part import read_part
-from gradedesign.geometry.triangles.surface_mesh import enclosed_volume
-from gradedesign.program.generate.generate import build, stated_design
-from gradedesign.program.generate.stated_cells import stated_cells
 from gradedesign.program.host.registry import build_registry
 
 REGISTRY = build_registry()
@@ -49,17 +45,17 @@ def require_density(folder, name, density):
     """A block of two cells along each axis: as a whole, and in slabs of one cell."""
     text = CASE.format(cell=name, density=density, length=12)
     (folder / "case.toml").write_text(text, encoding="utf-8")
-    case = load_generate_case(folder / "case.toml")
-    part, cells = read_part(case, part_readers(case, REGISTRY)), stated_cells(case, REGISTRY)
-    design, _, _ = stated_design(case, part, cells, None)
-    made = build(case, part, design, float(wall_mm(cells.families[0], density, 6.0)))
-    meant = density * part.volume
-    if cells.families[0].family.period > 1:
+    case = load_case(folder / "case.toml")
+    stated = stated_lattice(case, REGISTRY, stated_part(case, REGISTRY))
+    made, design, cells = stated_print(stated), stated.design, stated.cells
+    meant = density * stated.part.volume
+    if cells.period > 1:
         meant = field_points(design, (lattice_field(design), design.domain.distance)).volume
     # What the faces of the block cut off from networks is not printed.
-    held = enclosed_volume(made.surface) + made.islands.dropped_volume
+    islands = made.surface.islands
+    held = made.volume + islands.dropped_volume
     assert held == pytest.approx(meant, rel=WITHIN)
-    if cells.families[0].family.period > 1 or made.islands.dropped:
+    if cells.period > 1 or islands.dropped:
         return
     for slabs in made.slabs:
         np.testing.assert_allclose(slabs.surface, density, rtol=WITHIN, err_msg="xyz"[slabs.axis])
@@ -124,7 +120,7 @@ def test_layers_of_a_transition_print_the_stated_density(cli, tmp_path):
     text += '[lattice.transition]\ncell = "octet"\nweight = "smoothstep(12, 24, x)"\n'
     text += 'shift = [0.0, 0.0, 0.0]\n[output]\nformats = ["stl"]\n'
     (tmp_path / "case.toml").write_text(text, encoding="utf-8")
-    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    ended = cli("run", tmp_path, "-o", tmp_path / "out")
     assert ended.code == 0, ended.err
     measures = json.loads((tmp_path / "out/result.json").read_text(encoding="utf-8"))["measures"]
     layers = measures["density"]["slabs"]["x"]

@@ -43,7 +43,7 @@ formats = ["cli", "cli-binary", "png-stack"]
 @pytest.mark.parametrize("direction", ["+z", "-x"])
 def test_layers_of_a_generated_lattice(cli, tmp_path, direction):
     (tmp_path / "case.toml").write_text(CASE.format(direction=direction), encoding="utf-8")
-    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    ended = cli("run", tmp_path, "-o", tmp_path / "out")
     assert ended.code == 0, ended.err
     out = tmp_path / "out"
     result = json.loads((out / "result.json").read_text(encoding="utf-8"))
@@ -89,7 +89,7 @@ def test_layers_of_a_generated_lattice(cli, tmp_path, direction):
 def test_a_part_that_its_printer_cannot_hold_is_refused_with_directions(cli, tmp_path):
     text = CASE.format(direction="+y")
     (tmp_path / "case.toml").write_text(text, encoding="utf-8")
-    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    ended = cli("run", tmp_path, "-o", tmp_path / "out")
     # Built towards y, its z lies along x, its x along y: 5 x 10 x 5 mm.
     assert ended.code == 2
     told = " ".join(ended.err.split())
@@ -125,7 +125,7 @@ def test_layers_alone_are_those_of_a_lattice_with_a_surface(cli, tmp_path):
     for name, formats in (("alone", ""), ("both", '"stl", ')):
         text = ALONE.replace('formats = ["cli', f'formats = [{formats}"cli')
         (tmp_path / "case.toml").write_text(text, encoding="utf-8")
-        ended = cli("generate", tmp_path, "-o", tmp_path / name)
+        ended = cli("run", tmp_path, "-o", tmp_path / name)
         assert ended.code == 0, ended.err
         found.append(json.loads((tmp_path / name / "result.json").read_text(encoding="utf-8")))
         assert ("no surface was made" in " ".join(ended.out.split())) == (name == "alone")
@@ -171,12 +171,12 @@ def test_layers_written_as_contours_need_no_pixels_that_hold_thin_struts(
     coarse = ALONE.replace('"0.05 mm"', '"0.11 mm"').replace("density = 0.25", "density = 0.2")
     coarse = coarse.replace('"bcc"', '"f2bcc"').replace('size = "4 mm"', 'size = "3 mm"')
     (tmp_path / "case.toml").write_text(coarse, encoding="utf-8")
-    ended = cli("generate", tmp_path, "-o", tmp_path / "both")
+    ended = cli("run", tmp_path, "-o", tmp_path / "both")
     assert ended.code != 0
     assert "with pixels of 0.11 mm hold" in " ".join(ended.err.split())
     drawn = coarse.replace(', "png-stack"', "")
     (tmp_path / "case.toml").write_text(drawn, encoding="utf-8")
-    ended = cli("generate", tmp_path, "-o", tmp_path / "drawn")
+    ended = cli("run", tmp_path, "-o", tmp_path / "drawn")
     assert ended.code == 0, ended.err
     result = json.loads((tmp_path / "drawn" / "result.json").read_text(encoding="utf-8"))
     written = read_cli(tmp_path / "drawn" / "lattice.cli")
@@ -263,7 +263,7 @@ def test_files_of_a_case_whose_name_ends_headers_are_read(tmp_path, cli):
     text = CASE.format(direction="+z").replace("a & b < c", name)
     text = text.replace('"png-stack"', '"ply"').replace('"0.1 mm"\npixel', '"0.2 mm"\npixel')
     (tmp_path / "case.toml").write_text(text, encoding="utf-8")
-    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    ended = cli("run", tmp_path, "-o", tmp_path / "out")
     assert ended.code == 0, ended.err
     result = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
     volume = result["measures"]["volume_mm3"]

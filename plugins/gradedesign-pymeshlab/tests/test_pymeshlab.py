@@ -9,7 +9,7 @@ import pytest
 
 import gradedesign_pymeshlab
 from gradedesign import PartError
-from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.design.case.read_case import load_case
 from gradedesign.design.resolve.part_repairer import part_repairer
 from gradedesign.geometry.formats.read_stl import read_stl
 from gradedesign.geometry.part.part import read_part
@@ -85,7 +85,7 @@ def read(folder, corners, options=""):
         '[case]\nname = "mended"\n[part]\nfile = "part.stl"\nunits = "mm"\nrepair = "pymeshlab"\n'
         f'repair_options = {{{options}}}\n[lattice]\ncell = "walls"\nsize = "8 mm"\ndensity = 0.3\n'
     )
-    case = load_generate_case(folder / "case.toml")
+    case = load_case(folder / "case.toml")
     return read_part(case, {".stl": read_stl}, part_repairer(case, REGISTRY))
 
 

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.design.case.read_case import load_case
 from gradedesign.design.resolve.part_readers import part_readers
 from gradedesign.design.resolve.voxel_part import voxel_triangles
 from gradedesign.errors import CaseError, GradeDesignError, PartError, ResourceError
 from gradedesign.geometry.part.part import read_part
-from gradedesign.geometry.part.part_schema import ShapeSpec
+from gradedesign.geometry.part.part_schema import PartSpec
 from gradedesign.geometry.part.voxel_volume import VoxelVolume
 from gradedesign.geometry.part.voxels_schema import VoxelsSpec
 from gradedesign.program.host.registry import build_registry
@@ -64,7 +64,7 @@ def nrrd(values, *fields, encoding="raw", kind="uint8", dimension=3):
 
 def part_of(folder, name, part):
     (folder / "case.toml").write_text(CASE.format(file=name, part=part), encoding="utf-8")
-    case = load_generate_case(folder / "case.toml")
+    case = load_case(folder / "case.toml")
     return case, read_part(case, part_readers(case, build_registry()))
 
 
@@ -110,7 +110,7 @@ def test_steps_go_with_a_larger_tolerance():
     volume = VoxelVolume(values=ball(), spacing=(0.5, 0.5, 0.5), unit="mm")
     spread = []
     for tolerance in ("0.05 mm", "0.15 mm", "0.3 mm"):
-        spec = ShapeSpec.model_construct(
+        spec = PartSpec.model_construct(
             voxels=VoxelsSpec(threshold=100, tolerance=tolerance), units=None
         )
         corners = voxel_triangles(volume, spec, GB, "ball").corners
@@ -121,7 +121,7 @@ def test_steps_go_with_a_larger_tolerance():
 def test_unequal_edges_keep_the_volume_and_the_shape():
     step = (0.25, 0.25, 1.0)
     volume = VoxelVolume(values=ball(step), spacing=step, unit="mm")
-    spec = ShapeSpec.model_construct(voxels=VoxelsSpec(threshold=100), units=None)
+    spec = PartSpec.model_construct(voxels=VoxelsSpec(threshold=100), units=None)
     raw = voxel_triangles(volume, spec, GB, "ball")
     flat = raw.corners.reshape(-1, 3)
     np.testing.assert_allclose(np.ptp(flat, axis=0)[:2], 8.0, atol=0.4)
@@ -234,10 +234,10 @@ def test_a_wall_of_one_voxel_that_smoothing_would_eat_is_kept_or_refused():
     values = np.zeros((20, 20, 20), dtype=bool)
     values[10] = True
     volume = VoxelVolume(values=values, spacing=(1.0, 1.0, 1.0), unit="mm")
-    spec = ShapeSpec.model_construct(voxels=VoxelsSpec(tolerance="3 mm"), units=None)
+    spec = PartSpec.model_construct(voxels=VoxelsSpec(tolerance="3 mm"), units=None)
     with pytest.raises(GradeDesignError):
         voxel_triangles(volume, spec, GB, "wall")
-    spec = ShapeSpec.model_construct(voxels=VoxelsSpec(), units=None)
+    spec = PartSpec.model_construct(voxels=VoxelsSpec(), units=None)
     raw = voxel_triangles(volume, spec, GB, "wall")
     a, b, c = np.moveaxis(raw.corners, 1, 0)
     held = float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
@@ -257,7 +257,7 @@ def test_every_slice_counts_in_the_identity_of_the_case(tmp_path):
 def test_a_scan_goes_through_check_and_generate(cli, tmp_path):
     name, text = put(tmp_path, "nrrd")
     (tmp_path / "case.toml").write_text(CASE.format(file=name, part=text), encoding="utf-8")
-    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    ended = cli("run", tmp_path, "-o", tmp_path / "out")
     assert ended.code == 0, ended.err
     result = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
     assert result["relative_density"] == pytest.approx(0.4, abs=0.03)
@@ -325,7 +325,7 @@ def test_archives_with_a_false_size_are_refused(tmp_path):
 
 
 def test_the_surface_of_a_box_of_voxels_is_its_box():
-    spec = ShapeSpec.model_construct(voxels=VoxelsSpec(), units="inch")
+    spec = PartSpec.model_construct(voxels=VoxelsSpec(), units="inch")
     volume = VoxelVolume(values=np.ones((5, 5, 5), dtype=bool), spacing=(0.1, 0.1, 0.1))
     raw = voxel_triangles(volume, spec, GB, "box")
     assert raw.unit == "inch"

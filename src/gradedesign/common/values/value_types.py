@@ -354,3 +354,26 @@ FilePath: TypeAlias = Annotated[
 Size: TypeAlias = Annotated[float, Quantity("length", above=0.0)]
 Distance: TypeAlias = Annotated[float, Quantity("length", at_least=0.0)]
 Point: TypeAlias = Annotated[Triple, Vector("length")]
+
+
+class Parameters(Reader):
+    """Plain numbers by name."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> dict[str, float]:
+        """Convert ``{offset = 0.2}``."""
+        if not isinstance(value, dict):
+            raise Refused(f"found {shown(value)}; expected a table such as {{offset = 0.2}}")
+        numbers = {}
+        for key, entry in value.items():
+            try:
+                numbers[key] = Number().read(entry)
+            except Refused as error:
+                raise Refused(f"{key}: {error}") from None
+        return numbers
+
+    def json_schema(self) -> JsonSchema:
+        """A table of numbers."""
+        number = {"type": "number"}
+        return {"type": "object", "additionalProperties": number, "examples": [{"offset": 0.2}]}

@@ -14,9 +14,11 @@ from gradedesign.common.values.value_types import Triple
 from gradedesign.design.case.material_checks import beyond_yield, material_warnings
 from gradedesign.design.case.outer_checks import outer_problems
 from gradedesign.design.case.schema import CaseFile
+from gradedesign.design.case.stated_checks import stated_problems
 from gradedesign.design.case.wall_checks import feather_problems, grid_problems, wall_problems
-from gradedesign.geometry.lattice.lattice_schema import CellsSpec
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.mechanics.limits.limit_checks import displacement_warnings, repeated_limits
+from gradedesign.mechanics.material.material_schema import MaterialSpec
 
 _ANY = "*"
 #: A part needs a few dozen regions; many more are made by a script and would make every command
@@ -91,8 +93,44 @@ def reference_problems(data: Mapping[str, Any]) -> Iterator[Problem]:
 
 def cross_problems(file: CaseFile) -> Iterator[Problem]:
     """Find values of different tables that contradict each other."""
-    material, limits = file.material, file.limits
-    own = material.name is None
+    if file.lattice.stated:
+        yield from stated_problems(file)
+    elif file.limits.empty:
+        yield Problem(
+            key=("limits",),
+            message='no limit given; add stress = "50 MPa", safety_factor = 2 or '
+            'displacement = [{region = "tip", magnitude = "2 mm"}]',
+        )
+    if file.material is not None:
+        yield from _material_problems(file, file.material)
+    yield from wall_problems(file.lattice, file.print)
+    yield from feather_problems(file.print)
+    yield from grid_problems(file.lattice, file.run)
+    orientation = file.lattice.orientation
+    names = tuple(case.name for case in file.load_case)
+    if (
+        orientation is not None
+        and not file.lattice.stated
+        and orientation.load_case is not None
+        and orientation.load_case not in names
+    ):
+        yield Problem(
+            key=("lattice", "orientation", "load_case"),
+            message=f"load case {shown(orientation.load_case)} is not defined",
+            word=orientation.load_case,
+            choices=names,
+            label="defined",
+        )
+    yield from repeated_limits(file.limits, names)
+    yield from _cell_map_problems(file.lattice, file.region)
+    yield from _zone_problems(file)
+    yield from outer_problems(file.lattice, file.print)
+    yield from _box_problems(file)
+
+
+def _material_problems(file: CaseFile, material: MaterialSpec) -> Iterator[Problem]:
+    """Find limits and loads for which a stated material lacks a value."""
+    limits, own = file.limits, material.name is None
     if limits.safety_factor is not None and own and material.yield_strength is None:
         yield Problem(
             key=("limits", "safety_factor"),
@@ -110,42 +148,10 @@ def cross_problems(file: CaseFile) -> Iterator[Problem]:
                 key=("load_case", i, "temperature_change"),
                 message="needs the thermal expansion; add thermal_expansion to [material]",
             )
-    yield from wall_problems(file.lattice, file.print)
-    yield from feather_problems(file.print)
-    yield from grid_problems(file.lattice, file.run)
-    orientation = file.lattice.orientation
-    names = tuple(case.name for case in file.load_case)
-    if (
-        orientation is not None
-        and orientation.load_case is not None
-        and orientation.load_case not in names
-    ):
-        yield Problem(
-            key=("lattice", "orientation", "load_case"),
-            message=f"load case {shown(orientation.load_case)} is not defined",
-            word=orientation.load_case,
-            choices=names,
-            label="defined",
-        )
-    yield from repeated_limits(limits, names)
-    yield from cell_map_problems(file.lattice, file.region)
-    yield from _zone_problems(file)
-    yield from outer_problems(file.lattice, file.print)
-    yield from _box_problems(file)
 
 
-def cell_map_problems(lattice: CellsSpec, regions: Mapping[str, Any]) -> Iterator[Problem]:
-    """Find regions that a cell map names and nobody defines.
-
-    Parameters
-    ----------
-    lattice : CellsSpec
-    regions : mapping by name
-
-    Yields
-    ------
-    Problem
-    """
+def _cell_map_problems(lattice: LatticeSpec, regions: Mapping[str, Any]) -> Iterator[Problem]:
+    """Find regions that a cell map names and nobody defines."""
     cell_map = lattice.cell_map
     if cell_map is None:
         return
@@ -182,14 +188,10 @@ def _zone_problems(file: CaseFile) -> Iterator[Problem]:
             )
 
 
-def skin_problems(lattice: CellsSpec, box: Triple) -> Iterator[Problem]:
+def _skin_problems(lattice: LatticeSpec, box: Triple) -> Iterator[Problem]:
     """Find skins that leave no room in a box of these edges, mm.
 
     One on some faces may meet the opposite side, but not across the longest edge.
-
-    Yields
-    ------
-    Problem
     """
     for skin in lattice.skin:
         most = max(box) if skin.faces else min(box) / 2
@@ -204,14 +206,16 @@ def skin_problems(lattice: CellsSpec, box: Triple) -> Iterator[Problem]:
 
 def case_warnings(file: CaseFile) -> Iterator[Problem]:
     """Values that are allowed but unusual; reported as warnings."""
-    nu = file.material.poissons_ratio
+    material = file.material
+    nu = None if material is None else material.poissons_ratio
     if nu is not None and nu > 0.49:
         yield Problem(
             key=("material", "poissons_ratio"),
             message=f"found {nu:g}, nearly incompressible; elements may lock and appear too stiff "
             f"above 0.49",
         )
-    yield from material_warnings(file.material)
+    if material is not None:
+        yield from material_warnings(material)
     yield from displacement_warnings(file.limits)
     for i, case in enumerate(file.load_case):
         fixed_regions = {fix.region for fix in case.fix if None not in fix.displacement}
@@ -228,7 +232,7 @@ def _box_problems(file: CaseFile) -> Iterator[Problem]:
     if file.part.box is None:
         return
     thinnest = min(file.part.box)
-    yield from skin_problems(file.lattice, file.part.box)
+    yield from _skin_problems(file.lattice, file.part.box)
     if file.part.mesh_size is not None and file.part.mesh_size > thinnest:
         yield Problem(
             key=("part", "mesh_size"),

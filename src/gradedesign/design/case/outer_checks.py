@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 from gradedesign.common.values.problems import Problem
 from gradedesign.design.printing.print_schema import PrintSpec
-from gradedesign.geometry.lattice.lattice_schema import CellsSpec
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 
 
-def outer_problems(lattice: CellsSpec, spec: PrintSpec | None) -> Iterator[Problem]:
+def outer_problems(lattice: LatticeSpec, spec: PrintSpec | None) -> Iterator[Problem]:
     """Find keys that would open the triangles that ``[print] outer = "cad"`` keeps.
 
     Yields

@@ -11,11 +11,12 @@ import json
 import logging
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeAlias
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -38,18 +39,19 @@ from gradedesign.design.case.checks import case_warnings, cross_problems, refere
 from gradedesign.design.case.schema import Case, CaseFile
 from gradedesign.errors import CaseError
 from gradedesign.geometry.cell.own_cell_schema import own_cell_file
+from gradedesign.geometry.lattice.density_value import states_density
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.part.part_path import slices_with
-from gradedesign.geometry.part.part_schema import ShapeSpec
+from gradedesign.geometry.part.part_schema import PartSpec
 from gradedesign.geometry.part.place_schema import PlaceSpec
 from gradedesign.mechanics.limits.limits_schema import LimitEntry, LimitsSpec, with_limit_entries
 
 log = logging.getLogger(__name__)
 
-Layout = TypeVar("Layout", bound=Table)
-
 #: Bytes of a case file, which has a few kB: a larger file is some other one. Chosen, not measured.
 _LARGEST = 1_000_000
 _FILE_NAME = "case.toml"
+_OR_STATED = ", or state the density of the lattice, such as density = 0.3"
 _PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
 
 
@@ -60,16 +62,11 @@ NO_VALUES: Mapping[str, Any] = MappingProxyType({})
 LimitEntries: TypeAlias = Callable[[], Mapping[str, type[LimitEntry]]]
 
 
-def no_entries() -> Mapping[str, type[LimitEntry]]:
-    """The limits of the core alone."""
-    return {}
-
-
 def load_case(
     path: str | Path,
     *,
     allow_outside: bool = False,
-    entries: LimitEntries = no_entries,
+    entries: LimitEntries = dict,
     values: Mapping[str, Any] = NO_VALUES,
 ) -> Case:
     """Read and check a case file.
@@ -96,15 +93,9 @@ def load_case(
         With a summary and one line per problem: file, line, key, what was found, what would be
         right.
     """
-    content, file, lines = read_layout(
-        path,
-        CaseFile,
-        allow_outside=allow_outside,
-        across=cross_problems,
-        entries=entries,
-        values=values,
+    content, file, lines = _read_tables(
+        path, allow_outside=allow_outside, entries=entries, values=values
     )
-    orientation = content.lattice.orientation
     tables = {name: getattr(content, name) for name in CaseFile.model_fields if name != "case"}
     case = Case(
         name=content.case.name,
@@ -115,11 +106,10 @@ def load_case(
             file,
             *part_files(content.part),
             *body_files(*content.keep, *content.zone),
-            orientation.vtu if orientation else None,
-            own_cell_file(content.lattice),
+            *lattice_files(content.lattice),
         ),
         warnings=tuple(placed(file, lines, problem) for problem in case_warnings(content)),
-        lines=dotted_lines(lines),
+        lines={dotted(key): line for key, line in lines.items()},
         **tables,
     )
     for warning in case.warnings:
@@ -127,26 +117,15 @@ def load_case(
     return case
 
 
-class _KindsAskedFor(Exception):  # noqa: N818  control flow of `require_text`, never seen outside
+class _KindsAskedFor(Exception):  # noqa: N818  control flow of `require_case_text`, never seen outside
     """The case names a kind of limit that only an installed plugin can read."""
 
 
-def require_text(
-    path: str | Path,
-    layout: type[Table],
-    across: Callable[[Any], Iterable[Problem]],
-    *,
-    allow_outside: bool,
-) -> None:
+def require_case_text(path: str | Path, *, allow_outside: bool) -> None:
     """Refuse a case by its text alone, before plugins and solvers are loaded.
 
     Nothing is refused here where the text names a limit that is not the core's: those who load
     the plugins read it again.
-
-    Parameters
-    ----------
-    path, layout, across, allow_outside
-        As of `read_layout`.
 
     Raises
     ------
@@ -158,64 +137,28 @@ def require_text(
         raise _KindsAskedFor
 
     with contextlib.suppress(_KindsAskedFor):
-        read_layout(path, layout, allow_outside=allow_outside, across=across, entries=ask)
+        _read_tables(path, allow_outside=allow_outside, entries=ask)
 
 
-def read_layout(
+def _read_tables(
     path: str | Path,
-    layout: type[Layout],
     *,
     allow_outside: bool,
-    across: Callable[[Layout], Iterable[Problem]],
-    entries: LimitEntries = no_entries,
+    entries: LimitEntries,
     values: Mapping[str, Any] = NO_VALUES,
-) -> tuple[Layout, Path, dict[Key, int]]:
-    """Read a case file into a layout of tables.
-
-    Parameters
-    ----------
-    path : str or Path
-        The TOML file, or the folder that holds a ``case.toml``.
-    layout : type of Table
-        Its fields are the tables of the file.
-    allow_outside : bool
-        Whether the case may name files outside its folder.
-    across : callable
-        Finds values of different tables that contradict each other.
-    entries : callable
-        Lists that registered kinds of limits add to ``[limits]``.
-    values : mapping of dotted key to value
-        They replace those of the file.
-
-    Returns
-    -------
-    content : Layout
-    file : Path
-        Absolute.
-    lines : dict of key path to int
-        Line of every key.
-
-    Raises
-    ------
-    CaseError
-        With every problem.
-    """
+) -> tuple[CaseFile, Path, dict[Key, int]]:
+    """Tables of a case file, its absolute path, and the line of every key; see `load_case`."""
     file = case_file(Path(path))
     data, lines = read_toml(file)
     data = with_values(data, values)
-    layout = with_limit_entries(layout, _named_entries(data, entries))
+    layout = with_limit_entries(CaseFile, _named_entries(data, entries))
     content, problems = _validate(data, file.parent, layout, allow_outside=allow_outside)
     problems.extend(reference_problems(data))
     if content is not None:
-        problems.extend(across(content))
+        problems.extend(cross_problems(content))
     if content is None or problems:
         raise case_error(file, lines, problems)
     return content, file, lines
-
-
-def dotted_lines(lines: Mapping[Key, int]) -> dict[str, int]:
-    """Line of every key by its dotted path."""
-    return {dotted(key): line for key, line in lines.items()}
 
 
 def read_toml(file: Path) -> tuple[dict[str, Any], dict[Key, int]]:
@@ -333,31 +276,37 @@ def _syntax_message(message: str, text: str, file: Path) -> str:
 
 
 def _validate(
-    data: Mapping[str, Any], folder: Path, layout: type[Layout], *, allow_outside: bool
-) -> tuple[Layout | None, list[Problem]]:
+    data: Mapping[str, Any], folder: Path, layout: type[CaseFile], *, allow_outside: bool
+) -> tuple[CaseFile | None, list[Problem]]:
     """Check every section by itself, so that one wrong section hides no other's problems."""
     context = {"folder": folder, "allow_outside": allow_outside}
     problems = list(_unknown_sections(data, layout))
     sections: dict[str, Any] = {}
+    needed = {name for name, field in layout.model_fields.items() if field.is_required()}
+    if not states_density(data.get("lattice")):
+        needed |= set(layout.analysed)
+    none_of_them = not set(layout.analysed) & set(data)
     for name, field in layout.model_fields.items():
         if name not in data:
-            if field.is_required():
-                problems.append(missing((name,), field))
+            if name in needed:
+                problem = missing((name,), field)
+                if name in layout.analysed and none_of_them:
+                    problem = replace(problem, message=problem.message + _OR_STATED)
+                problems.append(problem)
             continue
         try:
             sections[name] = _adapter(layout, name).validate_python(data[name], context=context)
         except ValidationError as error:
             errors = error.errors(include_url=False)
             problems.extend(problems_of(errors, prefix=(name,), layout=layout))
-    required = layout.model_fields["load_case"]
-    if required.is_required() and not sections.get("load_case", True):
-        problems.append(missing(("load_case",), required))
+    if "load_case" in needed and not sections.get("load_case", True):
+        problems.append(missing(("load_case",), layout.model_fields["load_case"]))
     if problems:
         return None, list(without_meant(problems))
     return layout(**sections), problems
 
 
-def _unknown_sections(data: Mapping[str, Any], layout: type[Table]) -> Iterator[Problem]:
+def _unknown_sections(data: Mapping[str, Any], layout: type[CaseFile]) -> Iterator[Problem]:
     section_names = tuple(layout.model_fields)
     for name in data:
         if name not in section_names:
@@ -365,14 +314,25 @@ def _unknown_sections(data: Mapping[str, Any], layout: type[Table]) -> Iterator[
 
 
 @cache
-def _adapter(layout: type[Table], section: str) -> TypeAdapter[Any]:
+def _adapter(layout: type[CaseFile], section: str) -> TypeAdapter[Any]:
     annotation: Any = layout.model_fields[section].annotation
     return TypeAdapter(annotation)
 
 
-def part_files(part: ShapeSpec) -> list[Path]:
+def part_files(part: PartSpec) -> list[Path]:
     """Files that the part is read from: one, or all images of a stack."""
     return [] if part.file is None else slices_with(part.file)
+
+
+def lattice_files(lattice: LatticeSpec) -> list[Path | None]:
+    """Files of directions, of a density map and of a cell of its own."""
+    turned, stated = lattice.orientation, lattice.density_map
+    files = [turned.vtu if turned else None, own_cell_file(lattice)]
+    if stated is not None and stated.images is not None:
+        files += sorted(path for path in stated.images.iterdir() if path.is_file())
+    elif stated is not None:
+        files += [stated.voxels, stated.points, stated.vtu]
+    return files
 
 
 def body_files(*places: PlaceSpec) -> list[Path]:
@@ -407,7 +367,11 @@ def case_hash(content: Table, file: Path, *read: Path | None) -> str:
             "output": True,
             "part": {"file"},
             "run": {"time", "memory", "max_iterations"},
-            "lattice": {"own_cell": {"file"}, "orientation": {"vtu"}},
+            "lattice": {
+                "own_cell": {"file"},
+                "orientation": {"vtu"},
+                "density_map": {"voxels", "images", "points", "vtu"},
+            },
             "keep": {"__all__": {"body": {"file"}}},
             "zone": {"__all__": {"body": {"file"}}},
         },

@@ -108,7 +108,8 @@ class RunSpec(Table):
     max_iterations: Annotated[int, Whole(1, 100)] = 6
     """Iterations of the loop, each a sizing and an explicit analysis, at most."""
     stop_after: Annotated[str, Choice(("verdict", "solid", "sizing", "lattice"))] = "verdict"
-    """Last stage; before the verdict the status is partial."""
+    """Last stage; before the verdict the status is partial. With a stated density that is the
+    lattice."""
     analysis: Annotated[str, _Name(_ANALYSIS)] = _ANALYSIS
     """Explicit analysis of the lattice: ``finite-cells``, quadratic bricks that its surface cuts,
     or one that a plugin supplies."""

@@ -21,7 +21,7 @@ from gradedesign.design.case.run_schema import OutputSpec, RunSpec
 from gradedesign.design.printing.print_schema import PrintSpec
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.lattice.zone_schema import ZoneSpec
-from gradedesign.geometry.part.part_schema import PartSpec, ShapeSpec
+from gradedesign.geometry.part.part_schema import PartSpec
 from gradedesign.geometry.part.place_schema import KeepSpec
 from gradedesign.geometry.part.regions_schema import BoxSpec, CylinderSpec, PlaneSpec, RegionSpec
 from gradedesign.mechanics.fe.load_schema import FixSpec, LoadCaseSpec, LoadSpec
@@ -39,7 +39,6 @@ __all__ = [
     "BoxSpec",
     "Case",
     "CaseFile",
-    "CaseIdentity",
     "CaseSection",
     "CylinderSpec",
     "DisplacementLimit",
@@ -57,7 +56,6 @@ __all__ = [
     "PrintSpec",
     "RegionSpec",
     "RunSpec",
-    "ShapeSpec",
     "SolidMultiple",
     "ZoneSpec",
     "schema_json",
@@ -84,13 +82,16 @@ class CaseFile(Table):
         "filling": "lattice",
     }
 
+    #: Tables that a case needs unless it states the density of its lattice.
+    analysed: ClassVar[tuple[str, ...]] = ("material", "load_case", "limits")
+
     case: CaseSection
     part: PartSpec
     region: dict[RegionName, RegionSpec] = Field(default_factory=dict)
-    material: MaterialSpec
+    material: MaterialSpec | None = None
     keep: tuple[KeepSpec, ...] = ()
-    load_case: tuple[LoadCaseSpec, ...]
-    limits: LimitsSpec
+    load_case: tuple[LoadCaseSpec, ...] = ()
+    limits: LimitsSpec = Field(default_factory=LimitsSpec)
     lattice: LatticeSpec
     zone: tuple[ZoneSpec, ...] = ()
     print: PrintSpec | None = None
@@ -98,8 +99,8 @@ class CaseFile(Table):
     output: OutputSpec = Field(default_factory=OutputSpec)
 
 
-class CaseIdentity(Table):
-    """Fields common to all cases: place on disk, identity, part and output."""
+class Case(Table):
+    """A case as read: the tables of its file, where it lies, and its identity."""
 
     name: str
     """Shown in the report."""
@@ -107,9 +108,16 @@ class CaseIdentity(Table):
     """The case file, absolute."""
     folder: Path
     """The folder of the case file, absolute."""
-    part: ShapeSpec
+    part: PartSpec
     region: dict[str, RegionSpec]
+    material: MaterialSpec | None
+    """None only where the density is stated."""
     keep: tuple[KeepSpec, ...]
+    load_case: tuple[LoadCaseSpec, ...]
+    # Lists that kinds of limits brought are part of what is asked.
+    limits: SerializeAsAny[LimitsSpec]
+    lattice: LatticeSpec
+    zone: tuple[ZoneSpec, ...]
     print: PrintSpec | None
     run: RunSpec
     output: OutputSpec
@@ -129,34 +137,42 @@ class CaseIdentity(Table):
         return Where(file=self.path.name, lines=self.lines, aliases=self.aliases, layout=type(self))
 
 
-class Case(CaseIdentity):
-    """A case as read: the tables of its file, where it lies, and its identity."""
-
-    part: PartSpec
-    material: MaterialSpec
-    load_case: tuple[LoadCaseSpec, ...]
-    # Lists that kinds of limits brought are part of what is asked.
-    limits: SerializeAsAny[LimitsSpec]
-    lattice: LatticeSpec
-    zone: tuple[ZoneSpec, ...]
+#: What a case needs beside its required tables, in a schema: those of an analysis, unless the
+#: density is stated.
+_ANALYSED: Mapping[str, Any] = {
+    "if": {
+        "properties": {
+            "lattice": {
+                "anyOf": [
+                    {"required": ["density_map"]},
+                    {
+                        "required": ["density"],
+                        "properties": {"density": {"type": ["number", "string"]}},
+                    },
+                ]
+            }
+        }
+    },
+    "else": {"required": list(CaseFile.analysed)},
+}
 
 
 def _stated(value: Any, key: Mapping[str, Any]) -> Any:
     """A default as a case would state it: quantities with their unit."""
     if isinstance(value, list):
-        return [_stated(entry, key["items"]) for entry in value]
+        return [_stated(entry, key.get("items", {})) for entry in value]
     return DIMENSIONS[key["x-dimension"]].words(value) if "x-dimension" in key else value
 
 
 def schema_json(
-    layout: type[Table], entries: Mapping[str, type[LimitEntry]] = MappingProxyType({})
+    layout: type[Table] = CaseFile, entries: Mapping[str, type[LimitEntry]] = MappingProxyType({})
 ) -> dict[str, Any]:
     """JSON schema of a case file, for completion and checks in editors.
 
     Parameters
     ----------
     layout : type
-        `CaseFile`, or `GenerateFile` for the case of ``gradedesign generate``.
+        Of the file.
     entries : mapping of key to type of LimitEntry
         Lists of limits that registered kinds bring.
 
@@ -178,5 +194,6 @@ def schema_json(
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         **schema,
+        **(_ANALYSED if layout is CaseFile else {}),
         "definitions": definitions,
     }

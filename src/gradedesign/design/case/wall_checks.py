@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from gradedesign.common.values.problems import Problem
 from gradedesign.design.case.run_schema import RunSpec
 from gradedesign.design.printing.print_schema import PrintSpec
-from gradedesign.geometry.lattice.lattice_schema import CellsSpec
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 
 #: Thinnest wall and layer, mm, of the coarsest printers, which lay beads of concrete or weld metal.
 #: Chosen, not measured.
@@ -16,7 +16,7 @@ MOST_LEAST_WALL = 50.0
 LEAST_ELEMENTS = 4
 
 
-def grid_problems(lattice: CellsSpec, run: RunSpec) -> Iterator[Problem]:
+def grid_problems(lattice: LatticeSpec, run: RunSpec) -> Iterator[Problem]:
     """Find a stated grid of the explicit analysis that is too coarse for the cells.
 
     Yields
@@ -47,7 +47,7 @@ def feather_problems(spec: PrintSpec | None) -> Iterator[Problem]:
         )
 
 
-def wall_problems(lattice: CellsSpec, spec: PrintSpec | None) -> Iterator[Problem]:
+def wall_problems(lattice: LatticeSpec, spec: PrintSpec | None) -> Iterator[Problem]:
     """Find cells too small for the stated thinnest wall, and stated walls no printer has.
 
     Yields

@@ -15,7 +15,7 @@ from pydantic import ValidationError
 from gradedesign.arrays import FloatArray
 from gradedesign.common.values.toml_text import toml_value
 from gradedesign.design.case.run_schema import OutputSpec, RunSpec
-from gradedesign.design.case.schema import CaseIdentity, RegionSpec
+from gradedesign.design.case.schema import Case, RegionSpec
 from gradedesign.design.resolve.part_readers import part_readers
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.errors import CaseError
@@ -199,11 +199,11 @@ size = "{draft.cell_size:g} mm"  # half of the part's mean thickness
 """
 
 
-def _identity(path: Path, stated: Mapping[str, str]) -> CaseIdentity:
+def _identity(path: Path, stated: Mapping[str, str]) -> Case:
     """Identity of a case that has only a part."""
     # The part is copied beside its case, wherever a link leads.
     context = {"folder": path.absolute().parent, "allow_outside": True}
-    return CaseIdentity(
+    return Case.model_construct(
         name=path.stem,
         path=path,
         folder=path.absolute().parent,
@@ -213,7 +213,8 @@ def _identity(path: Path, stated: Mapping[str, str]) -> CaseIdentity:
         print=None,
         run=RunSpec(),
         output=OutputSpec(),
-        case_hash="",
+        lines={},
+        aliases={},
     )
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.common.values.locate import locating
-from gradedesign.design.case.schema import CaseIdentity
+from gradedesign.design.case.schema import Case
 from gradedesign.design.printing.print_schema import FRAMES
 from gradedesign.errors import CaseError
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 
-def require_fits(case: CaseIdentity, surface: SurfaceMesh) -> None:
+def require_fits(case: Case, surface: SurfaceMesh) -> None:
     """Refuse a part that is larger than ``[print] build_volume`` in its build direction.
 
     Raises

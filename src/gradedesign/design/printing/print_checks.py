@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from gradedesign.common.values.locate import locating
-from gradedesign.design.case.schema import CaseIdentity
+from gradedesign.design.case.schema import Case
 from gradedesign.design.printing.print_schema import PrintSpec
 from gradedesign.design.printing.printability import (
     MOST_VOXELS,
@@ -44,7 +44,7 @@ _HELPS = {
 }
 
 
-def require_voxels_fit(case: CaseIdentity, part: SurfaceMesh) -> None:
+def require_voxels_fit(case: Case, part: SurfaceMesh) -> None:
     """Refuse throats that no grid resolves within the memory, before anything is made.
 
     Raises
@@ -69,7 +69,7 @@ def require_voxels_fit(case: CaseIdentity, part: SurfaceMesh) -> None:
 
 
 def check_printed(
-    case: CaseIdentity, part: SurfaceMesh, surface: SurfaceMesh, thickness: WallThickness
+    case: Case, part: SurfaceMesh, surface: SurfaceMesh, thickness: WallThickness
 ) -> Printability | None:
     """Measure the printed solid where the case has ``[print]``; else None."""
     if case.print is None:
@@ -77,7 +77,7 @@ def check_printed(
     return measure_printability(surface, part, case.print, thickness)
 
 
-def print_rows(case: CaseIdentity, printability: Printability | None) -> tuple[LimitRow, ...]:
+def print_rows(case: Case, printability: Printability | None) -> tuple[LimitRow, ...]:
     """Every limit of ``[print.limits]`` beside its value; of throats where there are voids."""
     if printability is None or case.print is None:
         return ()
@@ -146,7 +146,7 @@ def broken_words(rows: Sequence[LimitRow]) -> str:
 
 
 def print_warnings(
-    case: CaseIdentity, printability: Printability | None, material: Material | None
+    case: Case, printability: Printability | None, material: Material | None
 ) -> tuple[str, ...]:
     """Warnings on the printed solid that no limit of the case covers, and its growth as built."""
     if printability is None or case.print is None:

@@ -15,7 +15,7 @@ from gradedesign.common.system.atomic import replacing_path
 from gradedesign.common.system.progress import report_step
 from gradedesign.common.values.locate import locating
 from gradedesign.common.values.suggest import instead
-from gradedesign.design.case.schema import CaseIdentity
+from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.outer_triangles import outer_records
 from gradedesign.design.resolve.plugins_by_name import supplied_by
 from gradedesign.design.resolve.registry import Registry, absent
@@ -69,7 +69,7 @@ class LatticeFile:
         return "stl" if self.name == STL_NAME else f"lattice_{self.exporter.name}"
 
 
-def lattice_files(case: CaseIdentity, registry: Registry) -> tuple[LatticeFile, ...]:
+def lattice_files(case: Case, registry: Registry) -> tuple[LatticeFile, ...]:
     """Files of the printed lattice for ``[output] formats``, in their order.
 
     Raises
@@ -99,7 +99,7 @@ def lattice_files(case: CaseIdentity, registry: Registry) -> tuple[LatticeFile, 
 
 
 def require_writable(
-    case: CaseIdentity,
+    case: Case,
     files: Sequence[LatticeFile],
     domain: DesignDomain,
     cell_map: CellMap | None,
@@ -109,7 +109,7 @@ def require_writable(
 
     Parameters
     ----------
-    case : CaseIdentity
+    case : Case
     files : sequence of LatticeFile
     domain : DesignDomain
     cell_map : CellMap or None
@@ -139,7 +139,7 @@ def require_writable(
 
 
 def printed_lattice(
-    case: CaseIdentity,
+    case: Case,
     part: SurfaceMesh,
     surface: SurfaceMesh,
     design: LatticeDesign,
@@ -173,7 +173,7 @@ def printed_lattice(
     )
 
 
-def chord_tolerance(case: CaseIdentity) -> float | None:
+def chord_tolerance(case: Case) -> float | None:
     """Distance within which triangles of the printed surface may be larger, mm."""
     return None if case.print is None else case.print.chord_tolerance
 
@@ -202,9 +202,7 @@ def crossing_warnings(surface: SurfaceMesh, grid: CellGrid | None = None) -> tup
     )
 
 
-def write_printed(
-    out: RunFolder, case: CaseIdentity, part: SurfaceMesh, surface: SurfaceMesh
-) -> str:
+def write_printed(out: RunFolder, case: Case, part: SurfaceMesh, surface: SurfaceMesh) -> str:
     """Write the printed surface as binary STL into the run folder; return its SHA-256.
 
     Errors are those of `write_stl`.

@@ -10,7 +10,6 @@ from scipy.spatial import cKDTree
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.values.locate import locating
-from gradedesign.design.case.generate_schema import GenerateCase
 from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.cell_choice import cell_axes
 from gradedesign.design.resolve.problem import Problem
@@ -32,7 +31,7 @@ from gradedesign.mechanics.fe.stress import element_stress
 from gradedesign.mechanics.sizing.homogenised_model import bond_matrix
 
 
-def oriented_frames(case: Case | GenerateCase, part: Part, tensor_of: Field) -> Field:
+def oriented_frames(case: Case, part: Part, tensor_of: Field) -> Field:
     """Smooth frames along principal directions in the box of a part."""
     corners, spec = part.surface.vertices, case.lattice
     axes = turned_axes(spec.rotation)
@@ -47,14 +46,14 @@ def oriented_frames(case: Case | GenerateCase, part: Part, tensor_of: Field) -> 
         )
 
 
-def constant_size(case: Case | GenerateCase) -> Field:
+def constant_size(case: Case) -> Field:
     """The stated size everywhere, mm."""
     size = case.lattice.edges[0]
     return lambda points: np.full(np.shape(points)[1:], size)
 
 
 def alignment(
-    case: Case | GenerateCase, cell_map: CellMap, tensor_of: Field, points: FloatArray
+    case: Case, cell_map: CellMap, tensor_of: Field, points: FloatArray
 ) -> dict[str, Any]:
     """Angles between the largest principal direction and the nearest cell axis, plain data.
 

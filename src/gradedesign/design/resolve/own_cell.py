@@ -7,7 +7,6 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from gradedesign.common.values.locate import locating
-from gradedesign.design.case.generate_schema import GenerateCase
 from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.registry import Registry, lookup
 from gradedesign.errors import CaseError, PluginError
@@ -16,7 +15,7 @@ from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.maker import make_cell
 
 
-def with_own_cell(case: Case | GenerateCase, registry: Registry) -> Registry:
+def with_own_cell(case: Case, registry: Registry) -> Registry:
     """The registry and the case's own cell; as it is where the case has none.
 
     Raises

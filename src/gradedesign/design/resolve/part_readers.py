@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from gradedesign.common.values.suggest import instead, shown
-from gradedesign.design.case.schema import CaseIdentity
+from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.plugins_by_name import supplied_by
 from gradedesign.design.resolve.registry import Registry, absent
 from gradedesign.design.resolve.voxel_part import voxel_triangles
@@ -16,12 +16,12 @@ from gradedesign.geometry.part.reader import PartReader
 from gradedesign.geometry.part.voxel_volume import VoxelVolume
 
 
-def part_readers(case: CaseIdentity, registry: Registry) -> dict[str, Reader]:
+def part_readers(case: Case, registry: Registry) -> dict[str, Reader]:
     """Functions that read part files by lower-case suffix; what they raise names their plugin.
 
     Parameters
     ----------
-    case : CaseIdentity
+    case : Case
         Its part file must be one of theirs.
     registry : Registry
 
@@ -49,7 +49,7 @@ def part_readers(case: CaseIdentity, registry: Registry) -> dict[str, Reader]:
     return by_suffix
 
 
-def _blamed(reader: PartReader, source: str, case: CaseIdentity) -> Reader:
+def _blamed(reader: PartReader, source: str, case: Case) -> Reader:
     """Read a file; errors of the reader about the file are passed on."""
     chord_tolerance, memory = case.part.chord_tolerance, case.run.memory
 

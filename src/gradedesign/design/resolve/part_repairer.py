@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.common.system.worker import run_worker
 from gradedesign.common.values.suggest import instead, shown
-from gradedesign.design.case.schema import CaseIdentity
+from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.plugins_by_name import supplied_by
 from gradedesign.design.resolve.rebuilt import rebuilt
 from gradedesign.design.resolve.registry import Registry, absent
@@ -22,7 +22,7 @@ from gradedesign.geometry.part.repairer import Repairer
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 
-def part_repairer(case: CaseIdentity, registry: Registry) -> Mend | None:
+def part_repairer(case: Case, registry: Registry) -> Mend | None:
     """Repairer of the surface of the part; None where gradedesign does.
 
     Raises
@@ -55,7 +55,7 @@ def part_repairer(case: CaseIdentity, registry: Registry) -> Mend | None:
     return _process_repair(repairer, case)
 
 
-def _rebuild(case: CaseIdentity) -> Mend:
+def _rebuild(case: Case) -> Mend:
     """Rebuild the surface on the grid that the options state, within the memory of the case."""
     options = case.part.repair_options
     where, spacing = case.where("part.repair_options"), options.get("spacing")
@@ -79,7 +79,7 @@ def _rebuild(case: CaseIdentity) -> Mend:
     return mend
 
 
-def _process_repair(repairer: Repairer, case: CaseIdentity) -> Mend:
+def _process_repair(repairer: Repairer, case: Case) -> Mend:
     """Ask the repairer in a process of its own, within the budgets of the case."""
 
     def mend(

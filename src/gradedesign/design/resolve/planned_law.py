@@ -93,13 +93,13 @@ def planned_law(
     """
     law, edges = case.lattice.law, case.lattice.edges
     if isinstance(law, StatedLaw):
-        return _known(case, stated_law(law, cell, case.lattice.density, poissons_ratio))
+        return _known(case, stated_law(law, cell, case.lattice.densities, poissons_ratio))
     changed = changed_parameters(cell.family, cell.parameters)
     unequal = min(edges) < max(edges)
     kinds = {k.kind for k in usable_laws(registry, cell.name)}
     served = "computed" in kinds if law == GIBSON_ASHBY else bool(kinds)
     if law not in ("auto", GIBSON_ASHBY) or (served and not changed and not unequal):
-        return _known(case, choose_law(registry, cell.name, law, case.lattice.density))
+        return _known(case, choose_law(registry, cell.name, law, case.lattice.densities))
     why = f"with {values_in_words(changed, cell.parameters)}" if changed else "of this cell"
     if unequal:
         why += f" with edges in proportion {proportion(edges)}"

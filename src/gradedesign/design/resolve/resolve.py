@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from gradedesign.common.values.locate import locating
 from gradedesign.design.case.material_checks import beyond_yield, beyond_yield_warning
 from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.planned_law import PlannedLaw
@@ -20,6 +21,20 @@ from gradedesign.mechanics.material.scaling_law import ScalingLaw
 #: A density window narrower than this share of its upper end has one density: levels of cells are
 #: calibrated to about a thousandth.
 NO_WIDTH = 1e-3
+
+
+def case_material(case: Case, registry: Registry) -> Material:
+    """Material of a case that is analysed.
+
+    Raises
+    ------
+    CaseError
+        If there is none, or none of its name.
+    """
+    if case.material is None:
+        raise CaseError(f"{case.where('material')}: missing; an analysis needs [material]")
+    with locating(case.where, "material.name"):
+        return resolve_material(case.material, registry)
 
 
 def resolve_material(spec: MaterialSpec, registry: Registry) -> Material:
@@ -92,7 +107,7 @@ def density_bounds(
     CaseError
         If nothing is left, or no density has walls as thick as the printer needs.
     """
-    low, high = case.lattice.density
+    low, high = case.lattice.densities
     windows = {f"cell family '{cell.name}'": cell.window}
     if law is not None:
         windows[f"law '{law.name}'"] = law.window
@@ -125,8 +140,9 @@ def density_bounds(
     if low > high:
         listed = "; ".join(f"{n}: [{a:.4g}, {b:.4g}]" for n, (a, b) in windows.items())
         raise CaseError(
-            f"{case.where('lattice.density')}: {list(case.lattice.density)} has nothing in common "
-            f"with the windows of what it uses ({listed}); widen it or choose another cell or law"
+            f"{case.where('lattice.density')}: {list(case.lattice.densities)} has nothing in "
+            f"common with the windows of what it uses ({listed}); widen it or choose another cell "
+            f"or law"
         )
     if high - low <= NO_WIDTH * high:
         warnings.append(

@@ -74,12 +74,12 @@ def resolve_law(
                 )
             )
 
-        law = computed_law(cell, poissons_ratio, plan.voxels, edges, case.lattice.density, tell)
+        law = computed_law(cell, poissons_ratio, plan.voxels, edges, case.lattice.densities, tell)
         remark = f"{plan.why}, so it was computed on {plan.voxels}^3 voxels"
         if case.lattice.own_cell is None:
             remark += f"; 'gradedesign homogenise {cell.name}' says more"
         if plan.fitted:
-            law = gibson_ashby(law, case.lattice.density)
+            law = gibson_ashby(law, case.lattice.densities)
             require_strength(case, law)
         return law, (remark,)
     if law.kind == "stated":

@@ -23,10 +23,10 @@ from gradedesign.design.resolve.open_loads import open_load_warnings
 from gradedesign.design.resolve.planned_law import PlannedLaw, planned_law
 from gradedesign.design.resolve.registry import Registry, lookup
 from gradedesign.design.resolve.resolve import (
+    case_material,
     cell_parameters,
     density_bounds,
     require_below_yield,
-    resolve_material,
 )
 from gradedesign.design.resolve.stated_directions import stated_directions
 from gradedesign.design.resolve.thin_walls import thin_wall_warnings
@@ -164,8 +164,7 @@ def require_printable(resolved: ResolvedCase) -> None:
 
 def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
     """The case as if it had no zones."""
-    with locating(case.where, "material.name"):
-        material = resolve_material(case.material, registry)
+    material = case_material(case, registry)
     yielding = require_below_yield(case, material)
     with locating(case.where, "lattice.cell"):
         family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)

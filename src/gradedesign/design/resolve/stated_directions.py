@@ -7,19 +7,18 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.values.formula import parse_formula
 from gradedesign.common.values.locate import locating
-from gradedesign.design.case.generate_schema import GenerateCase
 from gradedesign.design.case.schema import Case
 from gradedesign.geometry.formats.vtu_fields import read_vtu_tensor
 from gradedesign.geometry.lattice.formula_density import formula_field
 from gradedesign.geometry.tets.point_location import build_locator, locate
 
 
-def stated_directions(case: Case | GenerateCase, distance: Field) -> Field | None:
+def stated_directions(case: Case, distance: Field) -> Field | None:
     """Tensors whose principal directions a case states, without any analysis.
 
     Parameters
     ----------
-    case : Case or GenerateCase
+    case : Case
     distance : callable
         Signed distance of the part.
 

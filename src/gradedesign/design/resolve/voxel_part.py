@@ -14,7 +14,7 @@ from gradedesign.arrays import BoolArray, Field, FloatArray
 from gradedesign.common.system.progress import report_step
 from gradedesign.errors import CaseError, PartError, ResourceError
 from gradedesign.geometry.contour.surface import extract_surface
-from gradedesign.geometry.part.part_schema import ShapeSpec
+from gradedesign.geometry.part.part_schema import PartSpec
 from gradedesign.geometry.part.raw_triangles import UNIT_MM, RawTriangles, raw_triangles
 from gradedesign.geometry.part.voxel_volume import BYTES_PER_VOXEL, VoxelVolume
 from gradedesign.geometry.part.voxels_schema import VoxelsSpec
@@ -34,7 +34,7 @@ _MARGIN = 2
 
 
 def voxel_triangles(
-    volume: VoxelVolume, part: ShapeSpec, memory_limit_bytes: int, source: str
+    volume: VoxelVolume, part: PartSpec, memory_limit_bytes: int, source: str
 ) -> RawTriangles:
     """The surface of the solid voxels of a scan.
 
@@ -45,7 +45,7 @@ def voxel_triangles(
     Parameters
     ----------
     volume : VoxelVolume
-    part : ShapeSpec
+    part : PartSpec
         Threshold, spacing and tolerance, and the unit of the file.
     memory_limit_bytes : int
     source : str

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from gradedesign.design.case.schema import CaseIdentity
+from gradedesign.design.case.schema import Case
 from gradedesign.design.printing.print_checks import (
     broken_words,
     print_data,
@@ -20,7 +20,7 @@ from gradedesign.mechanics.material.material import Material
 
 def with_print_limits(
     result: RunResult,
-    case: CaseIdentity,
+    case: Case,
     printability: Printability | None,
     material: Material | None,
 ) -> RunResult:

@@ -10,7 +10,7 @@ from importlib import metadata
 from typing import Any
 
 from gradedesign.design.case.read_case import part_files
-from gradedesign.design.case.schema import CaseIdentity
+from gradedesign.design.case.schema import Case
 from gradedesign.design.verdict.result import RunResult
 from gradedesign.mechanics.material.material import Material
 from gradedesign.program.store.manifest import measure_artefact
@@ -18,7 +18,7 @@ from gradedesign.program.store.run_folder import RunFolder
 
 
 def stamped(
-    out: RunFolder, case: CaseIdentity, result: RunResult, printed: Iterable[str] = ()
+    out: RunFolder, case: Case, result: RunResult, printed: Iterable[str] = ()
 ) -> RunResult:
     """The result with its date, the version that made it, and the checksums of files.
 
@@ -27,7 +27,7 @@ def stamped(
     Parameters
     ----------
     out : RunFolder
-    case : CaseIdentity
+    case : Case
         Whose part files are read again for their checksums.
     result : RunResult
     printed : iterable of str

@@ -7,7 +7,6 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.values.formula import Formula, evaluate_formula, parse_formula
 from gradedesign.common.values.locate import locating
-from gradedesign.design.case.generate_schema import GenerateCase
 from gradedesign.design.case.schema import Case
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.fillings import with_fillings
@@ -20,14 +19,12 @@ from gradedesign.geometry.part.part import Part
 from gradedesign.geometry.part.signed_distance import region_distance, surface_distance
 
 
-def design_domain(
-    case: Case | GenerateCase, part: Part, stress: Field | None = None
-) -> DesignDomain:
+def design_domain(case: Case, part: Part, stress: Field | None = None) -> DesignDomain:
     """The part with its signed distance, the skins and the solid regions that the case states.
 
     Parameters
     ----------
-    case : Case or GenerateCase
+    case : Case
     part : Part
     stress : callable, optional
         Of points ``(3, ...)`` mm, ``(...)``, 0 to 1: what skins follow that follow the stress.
@@ -67,7 +64,7 @@ def design_domain(
     return with_fillings(case, domain)
 
 
-def _skin(case: Case | GenerateCase, part: Part, spec: SkinSpec, stress: Field | None) -> Skin:
+def _skin(case: Case, part: Part, spec: SkinSpec, stress: Field | None) -> Skin:
     least, most = spec.thickness
     faces = _faces(part, spec)
     if spec.follows is not None and stress is None:

@@ -10,7 +10,6 @@ import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.system.progress import report_step
-from gradedesign.design.case.generate_schema import GenerateCase
 from gradedesign.design.case.schema import Case
 from gradedesign.errors import CaseError
 from gradedesign.geometry.fields.algebra import gradient
@@ -46,14 +45,12 @@ class DrainReport:
     closed_mm3: tuple[float, ...] = ()
 
 
-def drained(
-    case: Case | GenerateCase, part: Part, design: LatticeDesign, cell: float
-) -> DrainReport:
+def drained(case: Case, part: Part, design: LatticeDesign, cell: float) -> DrainReport:
     """Place the drain holes of a case.
 
     Parameters
     ----------
-    case : Case or GenerateCase
+    case : Case
     part : Part
     design : LatticeDesign
         Of a density that the lattice will have somewhere; no hole in it.
@@ -91,7 +88,7 @@ def drained(
     )
 
 
-def drain_warnings(case: Case | GenerateCase, report: DrainReport) -> tuple[str, ...]:
+def drain_warnings(case: Case, report: DrainReport) -> tuple[str, ...]:
     """Say that voids stay closed, or that there was nothing to open."""
     where = case.where("lattice.drain")
     if case.lattice.drain is None:
@@ -120,9 +117,7 @@ def drain_data(drains: Sequence[Drain]) -> list[dict[str, Any]]:
     ]
 
 
-def _stated(
-    case: Case | GenerateCase, spec: DrainSpec, number: int, design: LatticeDesign
-) -> Drain:
+def _stated(case: Case, spec: DrainSpec, number: int, design: LatticeDesign) -> Drain:
     """Hole at a stated place, along the normal there, down to the first void."""
     radius, where = spec.diameter / 2, case.where(f"lattice.drain.at[{number}]")
     place = np.array(spec.at[number])[:, None]
@@ -149,7 +144,7 @@ def _stated(
 
 
 def _placed(
-    case: Case | GenerateCase,
+    case: Case,
     part: Part,
     spec: DrainSpec,
     design: LatticeDesign,
@@ -194,7 +189,7 @@ def _depths(radius: float, design: LatticeDesign) -> FloatArray:
     return np.arange(1, np.ceil(_PER_RADIUS * reach / radius) + 1) * radius / _PER_RADIUS
 
 
-def _free(case: Case | GenerateCase, part: Part, domain: DesignDomain, radius: float) -> Field:
+def _free(case: Case, part: Part, domain: DesignDomain, radius: float) -> Field:
     """Whether a mouth lies off every region that the case holds, loads or keeps solid."""
     names = {
         entry.region

@@ -18,7 +18,6 @@ import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.system.progress import report_step
-from gradedesign.design.case.generate_schema import GenerateCase
 from gradedesign.design.case.schema import Case
 from gradedesign.errors import CaseError, LatticeError, ResourceError
 from gradedesign.geometry.contour._surface_kernels import shell_volumes, vertex_shells
@@ -48,7 +47,7 @@ _PLACES, _ROUNDS = 4000, 40
 _FITS = 1e-3
 
 
-def with_fillings(case: Case | GenerateCase, domain: DesignDomain) -> DesignDomain:
+def with_fillings(case: Case, domain: DesignDomain) -> DesignDomain:
     """The domain with the bevel and the small cavities that the case wants solid.
 
     Raises

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.values.locate import locating
-from gradedesign.design.case.generate_schema import GenerateCase
 from gradedesign.design.case.schema import Case
 from gradedesign.errors import CaseError
 from gradedesign.geometry.cell.cell import Cell
@@ -19,7 +18,7 @@ from gradedesign.geometry.part.part import Part
 ROTATION_FREE = 3
 
 
-def require_one_thickness(case: Case | GenerateCase, family: CellFamily) -> None:
+def require_one_thickness(case: Case, family: CellFamily) -> None:
     """Refuse ``grading = "thickness"`` of cells whose walls have no one thickness.
 
     Raises
@@ -36,7 +35,7 @@ def require_one_thickness(case: Case | GenerateCase, family: CellFamily) -> None
 
 
 def wanted_size(
-    case: Case | GenerateCase,
+    case: Case,
     cell: Cell,
     density: DensityGrid,
     ends: tuple[float, float],
@@ -45,7 +44,7 @@ def wanted_size(
 
     Parameters
     ----------
-    case : Case or GenerateCase
+    case : Case
     cell : Cell
     density : DensityGrid
     ends : (float, float)
@@ -62,14 +61,12 @@ def wanted_size(
     return size_field_by_ratio(rho, cell, sizes, ends)
 
 
-def graded_map(
-    case: Case | GenerateCase, part: Part, wanted: Field, frames: Field | None = None
-) -> CellMap:
+def graded_map(case: Case, part: Part, wanted: Field, frames: Field | None = None) -> CellMap:
     """Phase fields of cells of the wanted size, from the case's origin and along its axes.
 
     Parameters
     ----------
-    case : Case or GenerateCase
+    case : Case
     part : Part
     wanted : callable
         Points ``(3, ...)`` mm to sizes ``(...)``, mm.

@@ -3,102 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, TypeAlias
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, model_validator
 
-from gradedesign.common.values.suggest import shown
 from gradedesign.common.values.table import Table, key_error
 from gradedesign.common.values.value_types import (
     Choice,
     Distance,
     Flag,
-    JsonSchema,
     Name,
     Number,
+    Parameters,
     Point,
-    Reader,
-    Refused,
     Size,
     Triple,
     Vector,
 )
 from gradedesign.geometry.cell.law_schema import Law
 from gradedesign.geometry.cell.own_cell_schema import OwnCellSpec
+from gradedesign.geometry.lattice.density_map_schema import DensityMapSpec
+from gradedesign.geometry.lattice.density_value import Density, is_formula
 from gradedesign.geometry.lattice.drain_schema import DrainSpec
+from gradedesign.geometry.lattice.parameter_map_schema import ParameterMapSpec
 from gradedesign.geometry.lattice.skin_schema import SkinSpecs
+from gradedesign.geometry.lattice.transition_schema import TransitionSpec
 from gradedesign.geometry.maps.cell_map_schema import CellMapSpec, WarpSpec
 from gradedesign.geometry.maps.cell_size import CellSize
 from gradedesign.geometry.maps.orientation_schema import OrientationSpec
 
-
-class DensityRange(Reader):
-    """``[lowest, highest]`` relative density."""
-
-    __slots__ = ()
-
-    def read(self, value: object) -> tuple[float, float]:
-        """Convert ``[0.10, 0.65]``."""
-        if not isinstance(value, list) or len(value) != 2:
-            digits = value if isinstance(value, list) and len(value) == 4 else ()
-            example = "such as [0.10, 0.65]"
-            if digits and all(isinstance(d, int) and d >= 0 for d in digits):
-                a, b, c, d = digits
-                example += f"; with decimal points: [{a}.{b}, {c}.{d}]"
-            raise Refused(
-                f"found {shown(value)}; expected the lowest and the highest relative density "
-                f"{example}"
-            )
-        low, high = (Number(above=0.0, below=1.0).read(v) for v in value)
-        if low > high:
-            raise Refused(
-                f"found [{low:g}, {high:g}], the lowest above the highest; expected "
-                f"[{high:g}, {low:g}]"
-            )
-        return low, high
-
-    def json_schema(self) -> JsonSchema:
-        """Two numbers."""
-        item = Number(above=0.0, below=1.0).json_schema()
-        pair = {"type": "array", "items": item, "minItems": 2, "maxItems": 2}
-        return {**pair, "examples": [[0.10, 0.65]]}
-
-
-class Parameters(Reader):
-    """Plain numbers by name."""
-
-    __slots__ = ()
-
-    def read(self, value: object) -> dict[str, float]:
-        """Convert ``{offset = 0.2}``."""
-        if not isinstance(value, dict):
-            raise Refused(f"found {shown(value)}; expected a table such as {{offset = 0.2}}")
-        numbers = {}
-        for key, entry in value.items():
-            try:
-                numbers[key] = Number().read(entry)
-            except Refused as error:
-                raise Refused(f"{key}: {error}") from None
-        return numbers
-
-    def json_schema(self) -> JsonSchema:
-        """A table of numbers."""
-        number = {"type": "number"}
-        return {"type": "object", "additionalProperties": number, "examples": [{"offset": 0.2}]}
-
-
-#: Keys of a lattice whose density is stated rather than found.
-STATED = ("density_map", "transition", "parameter_map")
 #: Ways to find the density; the first by default.
 METHODS = ("lightest", "stress-to-density")
 #: Quantities that may follow the density.
 GRADINGS = ("uniform", "level", "thickness", "size", "ratio")
 
-_Density: TypeAlias = Annotated[tuple[float, float], DensityRange()]
+#: Keys of a lattice that say how its density is found.
+_FINDING = ("method", "size_effects")
 
 
-class CellsSpec(Table):
-    """The cells that fill the part and how they lie in it, apart from their density."""
+class LatticeSpec(Table):
+    """The lattice that fills the part: its cells, how they lie in it, and their density."""
 
     called: ClassVar[Mapping[str, str]] = {
         "type": "cell",
@@ -152,6 +96,46 @@ class CellsSpec(Table):
     orientation: OrientationSpec | None = None
     """Directions that the axes of the cells follow."""
 
+    density: Annotated[float | tuple[float, float], Density()] = (0.01, 0.99)
+    """Lowest and highest relative density the user allows, which the windows of the family and of
+    its law narrow further; with ``density_map`` those that it may have, and those of the lowest and
+    the highest grey value of 8 and 16 bit voxels. Or a stated density: one number, or a formula in
+    x, y, z and the depth d, in mm; the run then ends with its lattice."""
+    density_map: DensityMapSpec | None = None
+    """A stated density from outside: the run then ends with its lattice."""
+    transition: TransitionSpec | None = None
+    """A second family, into which the first passes over."""
+    parameter_map: ParameterMapSpec | None = None
+    """A parameter of the family that changes from place to place."""
+    method: Annotated[str, Choice(METHODS)] = "lightest"
+    """lightest: the least mass under every limit, by gradients; stress-to-density: the plain way,
+    the stress of the fully solid part mapped to density by the law and scaled until every limit
+    holds, with ``acceptance = "whole"`` unless it is stated."""
+    size_effects: Annotated[bool, Flag()] = True
+    """Size effect: the stiffness of walls with few cells between the part's free faces, where it
+    can be computed; ``false`` only to compare with the periodic lattice."""
+
+    @property
+    def stated(self) -> bool:
+        """Whether the density is stated rather than found."""
+        return self.density_map is not None or isinstance(self.density, float)
+
+    @property
+    def densities(self) -> tuple[float, float]:
+        """Lowest and highest density the user allows."""
+        return (self.density,) * 2 if isinstance(self.density, float) else self.density
+
+    @property
+    def stated_range(self) -> tuple[float, float] | None:
+        """The range ``[lowest, highest]`` as it is written; None where none is."""
+        written = "density" in self.model_fields_set and not isinstance(self.density, float)
+        return self.densities if written else None
+
+    @property
+    def by_stress(self) -> bool:
+        """Whether the plain method finds the density."""
+        return self.method == METHODS[1]
+
     @property
     def cell_size(self) -> float:
         """The smallest size, mm, which grids must resolve."""
@@ -177,7 +161,7 @@ class CellsSpec(Table):
         return self.grading in ("size", "ratio")
 
     @model_validator(mode="after")
-    def _graded_size(self) -> CellsSpec:
+    def _graded_size(self) -> LatticeSpec:
         if self.graded_size != (len(self.size) == 2):
             wanted = (
                 'a range such as ["40 mm", "50 mm"]'
@@ -199,13 +183,13 @@ class CellsSpec(Table):
         return self
 
     @model_validator(mode="after")
-    def _net_alone(self) -> CellsSpec:
+    def _net_alone(self) -> LatticeSpec:
         if self.joint_radius and any(skin.net for skin in self.skin):
             raise key_error("joint_radius", "does not go with a net-skin yet; leave one out")
         return self
 
     @model_validator(mode="after")
-    def _fillings_below_skins(self) -> CellsSpec:
+    def _fillings_below_skins(self) -> LatticeSpec:
         closed = [skin for skin in self.skin if not skin.net]
         if self.bevel and not closed:
             raise key_error("bevel", 'has no meaning without a skin; add e.g. skin = "1 mm"')
@@ -217,7 +201,7 @@ class CellsSpec(Table):
         return self
 
     @model_validator(mode="after")
-    def _orientation_alone(self) -> CellsSpec:
+    def _orientation_alone(self) -> LatticeSpec:
         if self.orientation is None:
             return self
         for key in ("cell_map", "warp"):
@@ -228,7 +212,7 @@ class CellsSpec(Table):
         return self
 
     @model_validator(mode="after")
-    def _edges_of_map(self) -> CellsSpec:
+    def _edges_of_map(self) -> LatticeSpec:
         if self.cell_map is None:
             return self
         kind = self.cell_map.kind
@@ -241,47 +225,77 @@ class CellsSpec(Table):
                 raise key_error(key, f"has no meaning with the {kind} map, which has its own axes")
         return self
 
-
-class LatticeSpec(CellsSpec):
-    """The lattice that fills the part, its density to be found."""
-
-    density: _Density = (0.01, 0.99)
-    """Lowest and highest relative density the user allows; the windows of the family and of its
-    law narrow it further."""
-
-    method: Annotated[str, Choice(METHODS)] = "lightest"
-    """lightest: the least mass under every limit, by gradients; stress-to-density: the plain way,
-    the stress of the fully solid part mapped to density by the law and scaled until every limit
-    holds, with ``acceptance = "whole"`` unless it is stated."""
-
-    size_effects: Annotated[bool, Flag()] = True
-    """Size effect: the stiffness of walls with few cells between the part's free faces, where it
-    can be computed; ``false`` only to compare with the periodic lattice."""
-
-    @property
-    def by_stress(self) -> bool:
-        """Whether the plain method finds the density."""
-        return self.method == METHODS[1]
+    @model_validator(mode="before")
+    @classmethod
+    def _formula_is_a_map(cls, value: Any) -> Any:
+        """Take ``density = "0.1 + x / 100"`` as a map; what is no formula is refused as it is."""
+        text = value.get("density") if isinstance(value, dict) else None
+        if not is_formula(text):
+            return value
+        if "density_map" in value:
+            raise key_error("density", "a formula and a map contradict each other; leave one out")
+        others = {key: entry for key, entry in value.items() if key != "density"}
+        return {**others, "density_map": {"formula": text}}
 
     @model_validator(mode="after")
-    def _graded_by_stress(self) -> LatticeSpec:
+    def _found(self) -> LatticeSpec:
+        if self.stated:
+            return self
         if self.by_stress and self.grading == "uniform":
             raise key_error(
                 "method",
                 'stress-to-density makes a map of densities, which grading = "uniform" has not; '
                 'expected another grading, or method = "lightest"',
             )
-        return self
-
-    @model_validator(mode="before")
-    @classmethod
-    def _nothing_stated(cls, value: Any) -> Any:
-        for key in STATED if isinstance(value, dict) else ():
-            if key in value:
+        for key in ("transition", "parameter_map"):
+            if getattr(self, key) is not None:
                 raise key_error(
                     key,
-                    "belongs to `gradedesign generate`; `gradedesign run` and `check` find the "
-                    "density themselves, and cells that differ from place to place are stated as "
-                    "[[zone]]: leave it out",
+                    "goes with a stated density, such as density = 0.3; where the density is to be "
+                    "found, cells that differ from place to place are stated as [[zone]]",
                 )
-        return value
+        return self
+
+    @model_validator(mode="after")
+    def _one_density(self) -> LatticeSpec:
+        if not self.stated:
+            return self
+        for key in _FINDING:
+            if key in self.model_fields_set:
+                raise key_error(
+                    key,
+                    "says how the density is found, which is stated here; leave it out, or state "
+                    "density = [lowest, highest]",
+                )
+        if self.density_map is None:
+            if self.graded_size:
+                raise key_error(
+                    "grading", "a size that follows the density needs [lattice.density_map]"
+                )
+        elif isinstance(self.density, float):
+            raise key_error(
+                "density", "one number and a map contradict each other; expected [low, high]"
+            )
+        elif self.grading == "uniform":
+            raise key_error("grading", 'found "uniform" with a density map; expected "level"')
+        return self
+
+    @model_validator(mode="after")
+    def _parameter_alone(self) -> LatticeSpec:
+        parameter_map = self.parameter_map
+        if parameter_map is None:
+            return self
+        if self.transition is not None or self.graded_size:
+            key = "transition" if self.transition is not None else "grading"
+            raise key_error(key, "does not go with [lattice.parameter_map]")
+        if parameter_map.parameter in self.parameters:
+            raise key_error(
+                "parameters",
+                f"found {parameter_map.parameter}, which [lattice.parameter_map] changes",
+            )
+        if parameter_map.formula is None and self.density_map is None:
+            raise key_error(
+                "parameter_map",
+                "follows the density without a formula; add formula, or [lattice.density_map]",
+            )
+        return self

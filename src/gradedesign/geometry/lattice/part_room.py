@@ -6,7 +6,6 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.common.values.problems import dotted
-from gradedesign.design.case.generate_schema import GenerateCase
 from gradedesign.design.case.schema import Case
 from gradedesign.errors import CaseError, ResourceError
 from gradedesign.geometry.lattice.domain import DesignDomain
@@ -60,7 +59,7 @@ def inner_points(domain: DesignDomain) -> FloatArray:
     return volume_points(domain.distance, domain.lower, domain.upper, REPORT_POINTS)
 
 
-def require_cells_fit(case: Case | GenerateCase, part: Part) -> None:
+def require_cells_fit(case: Case, part: Part) -> None:
     """Refuse cells longer than the whole part, or too many for a grid of densities.
 
     The unit of the part is asked for where another one makes its cells fit.
@@ -91,7 +90,7 @@ def require_cells_fit(case: Case | GenerateCase, part: Part) -> None:
         )
 
 
-def _or_that_of_the_part(case: Case | GenerateCase, longest: float) -> str:
+def _or_that_of_the_part(case: Case, longest: float) -> str:
     """Words on the unit of the part's file where the part has some cells in another one."""
     others = _other_units(case, longest)
     if not others:
@@ -102,7 +101,7 @@ def _or_that_of_the_part(case: Case | GenerateCase, longest: float) -> str:
     )
 
 
-def _other_units(case: Case | GenerateCase, longest: float) -> str:
+def _other_units(case: Case, longest: float) -> str:
     """Units of the part's file in which it has some cells, with its lengths; empty where none."""
     units = case.part.units
     if case.part.file is None or units is None:
@@ -136,12 +135,12 @@ def require_displacements_fit(case: Case, part: Part) -> None:
             )
 
 
-def require_warps_reach(case: Case | GenerateCase, points: FloatArray) -> None:
+def require_warps_reach(case: Case, points: FloatArray) -> None:
     """Refuse warps in whose sphere no lattice lies: they would change nothing.
 
     Parameters
     ----------
-    case : Case or GenerateCase
+    case : Case
     points : (3, n) array, mm
         That fill the lattice evenly.
 
@@ -164,14 +163,12 @@ def require_warps_reach(case: Case | GenerateCase, points: FloatArray) -> None:
             )
 
 
-def require_lattice_left(
-    case: Case | GenerateCase, points: FloatArray, domain: DesignDomain
-) -> None:
+def require_lattice_left(case: Case, points: FloatArray, domain: DesignDomain) -> None:
     """Refuse a skin and solid regions that leave no place for a lattice.
 
     Parameters
     ----------
-    case : Case or GenerateCase
+    case : Case
     points : (3, n) array, mm
         Where the part is lattice.
     domain : DesignDomain

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.arrays import Field
-from gradedesign.design.case.generate_schema import GenerateCase
 from gradedesign.design.case.schema import Case, KeepSpec
 from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.domain import DesignDomain, PassiveRegion
@@ -23,14 +22,12 @@ _SAMPLES = (15, 61)
 _FLUSH = 1e-6
 
 
-def passive_regions(
-    case: Case | GenerateCase, part: Part, distance: Field
-) -> tuple[PassiveRegion, ...]:
+def passive_regions(case: Case, part: Part, distance: Field) -> tuple[PassiveRegion, ...]:
     """Passive regions in the order of the case.
 
     Parameters
     ----------
-    case : Case or GenerateCase
+    case : Case
     part : Part
     distance : callable
         Signed distance of the part, mm.
@@ -70,7 +67,7 @@ def passive_volume(case: Case, part: Part, domain: DesignDomain, number: int) ->
     return float(np.prod(upper - lower)) * held / REPORT_POINTS
 
 
-def _passive(case: Case | GenerateCase, part: Part, distance: Field, number: int) -> PassiveRegion:
+def _passive(case: Case, part: Part, distance: Field, number: int) -> PassiveRegion:
     spec = case.keep[number]
     margin = spec.margin or 0.0
     if spec.region is not None:

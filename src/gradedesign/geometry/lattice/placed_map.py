@@ -6,7 +6,6 @@ import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.values.locate import locating
-from gradedesign.design.case.generate_schema import GenerateCase
 from gradedesign.design.case.schema import Case
 from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.domain import LATTICE, DesignDomain, phase_at
@@ -26,12 +25,12 @@ REPORT_POINTS = 40_000
 _SIZE = "lattice.size"
 
 
-def placed_map(case: Case | GenerateCase, part: Part, distance: Field) -> CellMap:
+def placed_map(case: Case, part: Part, distance: Field) -> CellMap:
     """Map of cells that are not graded in size.
 
     Parameters
     ----------
-    case : Case or GenerateCase
+    case : Case
     part : Part
     distance : callable
         Signed distance of the part.
@@ -45,13 +44,13 @@ def placed_map(case: Case | GenerateCase, part: Part, distance: Field) -> CellMa
         return warped(case, _map_of_kind(case, part, distance))
 
 
-def map_key(case: Case | GenerateCase) -> str:
+def map_key(case: Case) -> str:
     """The key of a case that makes its cells other than a straight grid of one size."""
     stated = ("cell_map", "warp")
     return next((f"lattice.{key}" for key in stated if f"lattice.{key}" in case.lines), _SIZE)
 
 
-def warped(case: Case | GenerateCase, cell_map: CellMap) -> CellMap:
+def warped(case: Case, cell_map: CellMap) -> CellMap:
     """The map with the morphing spheres of a case."""
     spheres = [
         MorphingSphere(
@@ -77,7 +76,7 @@ def lattice_points(domain: DesignDomain) -> FloatArray:
     return points[:, phase_at(domain, points) == LATTICE]
 
 
-def _map_of_kind(case: Case | GenerateCase, part: Part, distance: Field) -> CellMap:
+def _map_of_kind(case: Case, part: Part, distance: Field) -> CellMap:
     """The map without warps."""
     spec, map_spec = case.lattice, case.lattice.cell_map
     if map_spec is None:
@@ -108,9 +107,7 @@ def _map_of_kind(case: Case | GenerateCase, part: Part, distance: Field) -> Cell
     )
 
 
-def _in_layers(
-    case: Case | GenerateCase, map_spec: CellMapSpec, part: Part, distance: Field
-) -> CellMap:
+def _in_layers(case: Case, map_spec: CellMapSpec, part: Part, distance: Field) -> CellMap:
     """Layers from a surface, or between two."""
     spec, normal = case.lattice, direction_vector(map_spec.normal)
     if map_spec.kind == "conformal":

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
-from gradedesign.design.case.generate_schema import GenerateCase
 from gradedesign.design.case.schema import Case
 from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.domain import DesignDomain
@@ -25,14 +24,12 @@ _ROUNDING = 1e-9
 _LITTLE = 0.005
 
 
-def require_stated_thickness(
-    case: Case | GenerateCase, part: Part, spec: SkinSpec, thickness: Field
-) -> None:
+def require_stated_thickness(case: Case, part: Part, spec: SkinSpec, thickness: Field) -> None:
     """Refuse a formula that leaves the stated thicknesses, on the faces or the skin's depth below.
 
     Parameters
     ----------
-    case : Case or GenerateCase
+    case : Case
     part : Part
     spec : SkinSpec
     thickness : callable
@@ -60,7 +57,7 @@ def require_stated_thickness(
             )
 
 
-def require_struts(case: Case | GenerateCase, cell: str, *, struts: bool) -> None:
+def require_struts(case: Case, cell: str, *, struts: bool) -> None:
     """Refuse a net-skin of a cell without struts: projected walls nearly close the surface.
 
     Raises
@@ -74,21 +71,7 @@ def require_struts(case: Case | GenerateCase, cell: str, *, struts: bool) -> Non
         )
 
 
-def require_no_stress(case: GenerateCase) -> None:
-    """Refuse a skin that follows a stress which nothing computes.
-
-    Raises
-    ------
-    CaseError
-    """
-    if any(spec.follows for spec in case.lattice.skin):
-        raise CaseError(
-            f"{case.where('lattice.skin')}: found follows, which asks for the stress of an "
-            f"analysis; expected a formula or one thickness here, or a case for gradedesign run"
-        )
-
-
-def skin_warnings(case: Case | GenerateCase, part: Part, domain: DesignDomain) -> tuple[str, ...]:
+def skin_warnings(case: Case, part: Part, domain: DesignDomain) -> tuple[str, ...]:
     """Warnings on skins that meet across the part or close it, and on filled cavities."""
     warnings = [filling.note for filling in domain.fillings if filling.note]
     closed = [spec for spec in case.lattice.skin if not spec.net]

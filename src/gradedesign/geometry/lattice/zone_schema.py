@@ -7,10 +7,10 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from gradedesign.common.values.table import key_error
-from gradedesign.common.values.value_types import Name, Refused, RegionName, Size
+from gradedesign.common.values.value_types import Name, Parameters, Refused, RegionName, Size
 from gradedesign.geometry.cell.law_schema import Law
 from gradedesign.geometry.lattice.density_map_schema import FormulaText
-from gradedesign.geometry.lattice.lattice_schema import DensityRange, Parameters
+from gradedesign.geometry.lattice.density_value import DensityRange
 from gradedesign.geometry.part.place_schema import VOLUMES, PlaceSpec, require_one
 
 _DIFFERENCES = ("cell", "parameters", "density")

@@ -7,7 +7,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from gradedesign.arrays import IntArray
-from gradedesign.design.case.schema import CaseIdentity
+from gradedesign.design.case.schema import Case
 from gradedesign.errors import CaseError
 from gradedesign.geometry.part.place_schema import BodySpec
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
@@ -18,7 +18,7 @@ from gradedesign.geometry.triangles.winding import winding_numbers
 _PLACES = 16
 
 
-def stated_bodies(case: CaseIdentity) -> dict[str, BodySpec]:
+def stated_bodies(case: Case) -> dict[str, BodySpec]:
     """Bodies of passive solids and zones by their keys in the case, such as ``keep[0].body``."""
     places = [(f"keep[{k}].body", keep.body) for k, keep in enumerate(case.keep)]
     zones = getattr(case, "zone", ())

@@ -14,7 +14,7 @@ import numpy as np
 
 from gradedesign.common.values.locate import locating
 from gradedesign.common.values.suggest import instead
-from gradedesign.design.case.schema import CaseIdentity, ShapeSpec
+from gradedesign.design.case.schema import Case, PartSpec
 from gradedesign.errors import CaseError
 from gradedesign.geometry.part._region_notes import region_notes
 from gradedesign.geometry.part.bodies import bodies_with, stated_bodies
@@ -87,12 +87,12 @@ class Part:
         return self.find_faces()
 
 
-def read_part(case: CaseIdentity, readers: Mapping[str, Reader], mend: Mend | None = None) -> Part:
+def read_part(case: Case, readers: Mapping[str, Reader], mend: Mend | None = None) -> Part:
     """Read or build the part of a case and find its regions.
 
     Parameters
     ----------
-    case : CaseIdentity
+    case : Case
     readers : mapping of str to callable
         By lower-case suffix, such as ``".stl"``.
     mend : callable, optional
@@ -168,7 +168,7 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader], mend: Mend | No
 
 
 def _built(
-    spec: ShapeSpec, raw: RawTriangles, mend: Mend | None, source: str
+    spec: PartSpec, raw: RawTriangles, mend: Mend | None, source: str
 ) -> tuple[SurfaceMesh, RepairReport, float]:
     """The surface as gradedesign or a repairer mends it, and how far it was moved, mm."""
     if mend is None:
@@ -190,7 +190,7 @@ def _built(
 
 
 def _bodies(
-    case: CaseIdentity,
+    case: Case,
     surface: SurfaceMesh,
     regions: Mapping[str, Region],
     readers: Mapping[str, Reader],

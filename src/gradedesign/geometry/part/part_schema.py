@@ -86,8 +86,8 @@ def part_file(value: object, info: ValidationInfo) -> Path:
     )
 
 
-class ShapeSpec(Table):
-    """The shape of the part: exactly one of ``file`` and ``box``."""
+class PartSpec(Table):
+    """The solid part: exactly one of ``file`` and ``box``."""
 
     file: FilePath | None = Field(default=None, examples=["bracket.stl"])
     """File of the part, below the folder of the case; its absolute path once read."""
@@ -106,43 +106,6 @@ class ShapeSpec(Table):
     (``all``)."""
     voxels: VoxelsSpec | None = None
     """Which voxels of a file are solid, and their size."""
-
-    @field_validator("file", mode="before")
-    @classmethod
-    def _find_file(cls, value: Any, info: ValidationInfo) -> Path:
-        return part_file(value, info)
-
-    @field_validator("box", mode="after")
-    @classmethod
-    def _no_speck(cls, value: Triple | None) -> Triple | None:
-        for i, edge in enumerate(value or ()):
-            if edge < _LEAST_EDGE:
-                raise Refused(
-                    f"entry {i + 1}: found {edge:g} mm; expected at least {_LEAST_EDGE:g} mm; is "
-                    f"its unit right?"
-                )
-        return value
-
-    @model_validator(mode="after")
-    def _one_source(self) -> ShapeSpec:
-        if (self.file is None) == (self.box is None):
-            count = "neither" if self.file is None else "both"
-            raise Refused(
-                f'found {count} of file and box; expected exactly one: file = "part.stl" or '
-                'box = ["60 mm", "20 mm", "20 mm"]'
-            )
-        if self.file is None and self.units is not None:
-            raise key_error("units", "has no meaning with box, whose edges carry their units")
-        if self.file is None and self.voxels is not None:
-            raise key_error("voxels", "has no meaning with box, which is no scan")
-        if self.file is None and self.chord_tolerance is not None:
-            raise key_error("chord_tolerance", "has no meaning with box, whose faces are flat")
-        return self
-
-
-class PartSpec(ShapeSpec):
-    """The solid part, with what its analysis needs."""
-
     mesh_size: Size | None = Field(default=None, examples=["12 mm"])
     """Edge length of the tetrahedra of the solid, mm; by default it follows from the part's
     thickness, its cells and the number of unknowns."""
@@ -168,9 +131,34 @@ class PartSpec(ShapeSpec):
         """Edges of a box that is meshed in bricks; None where a mesher is asked."""
         return self.box if self.mesher is None else None
 
+    @field_validator("file", mode="before")
+    @classmethod
+    def _find_file(cls, value: Any, info: ValidationInfo) -> Path:
+        return part_file(value, info)
 
-class GeneratePartSpec(ShapeSpec):
-    """The part of a case that may do without an analysis."""
+    @field_validator("box", mode="after")
+    @classmethod
+    def _no_speck(cls, value: Triple | None) -> Triple | None:
+        for i, edge in enumerate(value or ()):
+            if edge < _LEAST_EDGE:
+                raise Refused(
+                    f"entry {i + 1}: found {edge:g} mm; expected at least {_LEAST_EDGE:g} mm; is "
+                    f"its unit right?"
+                )
+        return value
 
-    mesh_size: Size | None = Field(default=None, examples=["4 mm"])
-    """Edge length of the tetrahedra of the solid, mm; only an analysis needs it."""
+    @model_validator(mode="after")
+    def _one_source(self) -> PartSpec:
+        if (self.file is None) == (self.box is None):
+            count = "neither" if self.file is None else "both"
+            raise Refused(
+                f'found {count} of file and box; expected exactly one: file = "part.stl" or '
+                'box = ["60 mm", "20 mm", "20 mm"]'
+            )
+        if self.file is None and self.units is not None:
+            raise key_error("units", "has no meaning with box, whose edges carry their units")
+        if self.file is None and self.voxels is not None:
+            raise key_error("voxels", "has no meaning with box, which is no scan")
+        if self.file is None and self.chord_tolerance is not None:
+            raise key_error("chord_tolerance", "has no meaning with box, whose faces are flat")
+        return self

@@ -191,7 +191,7 @@ class DisplacementLimit(LimitEntry):
 
 
 class LimitsSpec(Table):
-    """A stress limit, a safety factor or lists of other limits; at least one of them.
+    """A stress limit, a safety factor or lists of other limits.
 
     Kinds of limits that bring an entry of their own add a list under
     their name.
@@ -237,6 +237,12 @@ class LimitsSpec(Table):
         return ("displacement", *brought)
 
     @property
+    def empty(self) -> bool:
+        """Whether there is no limit."""
+        lists = [getattr(self, name) for name in self.lists()]
+        return self.stress is None and self.safety_factor is None and not any(lists)
+
+    @property
     def exclusion_radius(self) -> float | None:
         """Radius in mm, or None when none is stated as a length."""
         return self.exclusion.radius
@@ -247,7 +253,7 @@ class LimitsSpec(Table):
         return self.exclusion.mesh_sizes
 
     @model_validator(mode="after")
-    def _any_limit(self) -> LimitsSpec:
+    def _stress_limit(self) -> LimitsSpec:
         if self.stress is not None and self.safety_factor is not None:
             raise key_error(
                 "safety_factor", "found beside stress; expected one of them, they may disagree"
@@ -257,12 +263,6 @@ class LimitsSpec(Table):
         if self.buckling == "off" and self.buckling_factor is not None:
             raise key_error(
                 "buckling_factor", 'found beside buckling = "off"; leave one of them out'
-            )
-        lists = [getattr(self, name) for name in self.lists()]
-        if self.stress is None and self.safety_factor is None and not any(lists):
-            raise Refused(
-                'no limit given; add stress = "50 MPa", safety_factor = 2 or '
-                'displacement = [{region = "tip", magnitude = "2 mm"}]'
             )
         return self
 
@@ -288,6 +288,5 @@ def with_limit_entries(
         name: (GenericAlias(tuple, (entry, ...)), ()) for name, entry in entries.items()
     }
     spec = create_model("LimitsSpec", __base__=LimitsSpec, __doc__=LimitsSpec.__doc__, **fields)
-    field = layout.model_fields["limits"]
-    limits: Any = (spec, ...) if field.is_required() else (spec | None, None)
+    limits: Any = (spec, Field(default_factory=spec))
     return create_model(layout.__name__, __base__=layout, limits=limits)

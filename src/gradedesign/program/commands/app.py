@@ -21,15 +21,21 @@ import typer
 from typer.core import TyperGroup
 
 from gradedesign.design.resolve.plugins_by_name import supplied_by
-from gradedesign.errors import GradeDesignError, Interrupted, PluginError, ResourceError
+from gradedesign.errors import CaseError, GradeDesignError, Interrupted, PluginError, ResourceError
 from gradedesign.program.commands.interrupt import Interruption
 from gradedesign.program.commands.loading import loading_lines
 from gradedesign.program.commands.options import with_options
-from gradedesign.program.commands.read_first import require_case_text, require_generate_text
 from gradedesign.program.host.command import Command, command_names, load_command
 
 #: Errors keep their traceback.
 _DEBUG_FLAG = "--debug"
+
+
+#: Commands that are no more, and what does the same.
+_NOW_RUN = {
+    "generate": "there is no command generate: `gradedesign run` builds the lattice of a case that "
+    "states its density, such as density = 0.3 in [lattice], and ends with it"
+}
 
 
 class Commands(TyperGroup):
@@ -50,11 +56,13 @@ class Commands(TyperGroup):
         Raises
         ------
         CaseError
-            If a plugin of this project that is not installed has it.
+            If a plugin of this project that is not installed has it, or it is `run` now.
         PluginError
             If a plugin gives one of our names to its own, or cannot be loaded.
         """
         own = super().get_command(ctx, cmd_name)
+        if cmd_name in _NOW_RUN:
+            raise CaseError(_NOW_RUN[cmd_name])
         if own is None and not (cmd_name in command_names() or supplied_by("commands", cmd_name)):
             return None
         if own is None:
@@ -147,6 +155,13 @@ def common(
     logging.basicConfig(level=logging.INFO if debug else logging.ERROR)
 
 
+def _require_text(case: Path, *, allow_outside: bool) -> None:
+    """Look at the text of a case before its command is loaded: a mistake costs no loading."""
+    from gradedesign.design.case.read_case import require_case_text
+
+    require_case_text(case, allow_outside=allow_outside)
+
+
 @app.command()
 def run(
     case: CasePath,
@@ -161,8 +176,8 @@ def run(
     strict_plugins: Strict = False,
     as_json: Json = False,
 ) -> None:
-    """Run the whole loop: the lightest lattice found whose analysis meets the limits."""
-    require_case_text(case, allow_outside=allow_outside)
+    """Find the lightest lattice that meets the limits, or build that of a stated density."""
+    _require_text(case, allow_outside=allow_outside)
     with loading_lines(err=as_json) as on_loaded:
         from gradedesign.program.commands.run import run as command
 
@@ -226,7 +241,7 @@ def check(
     as_json: Json = False,
 ) -> None:
     """Dry run in seconds: regions, holes, loads, cell sizes, predicted memory and time."""
-    require_case_text(case, allow_outside=allow_outside)
+    _require_text(case, allow_outside=allow_outside)
     from gradedesign.program.commands.check import check as command
 
     code = command(
@@ -238,34 +253,6 @@ def check(
         strict_plugins=strict_plugins,
         as_json=as_json,
     )
-    raise typer.Exit(code)
-
-
-@app.command()
-def generate(
-    case: CasePath,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder to write to [runs/<case name>].")
-    ] = None,
-    overwrite: Overwrite = False,
-    allow_outside: Outside = False,
-    strict_plugins: Strict = False,
-    as_json: Json = False,
-) -> None:
-    """Make the lattice alone, from a stated density or density map, without analysis."""
-    require_generate_text(case, allow_outside=allow_outside)
-    with loading_lines(err=as_json) as on_loaded:
-        from gradedesign.program.commands.generate import generate as command
-
-        code = command(
-            case,
-            output,
-            overwrite=overwrite,
-            allow_outside=allow_outside,
-            strict_plugins=strict_plugins,
-            as_json=as_json,
-            on_loaded=on_loaded,
-        )
     raise typer.Exit(code)
 
 
@@ -320,9 +307,6 @@ def schema(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="File to write [standard output].")
     ] = None,
-    stated_density: Annotated[
-        bool, typer.Option("--generate", help="Of the case of `gradedesign generate`.")
-    ] = False,
     study: Annotated[
         bool, typer.Option("--study", help="Of the study of `gradedesign sweep`.")
     ] = False,
@@ -330,7 +314,7 @@ def schema(
     """Print the JSON schema of case files, for completion and checks in editors."""
     from gradedesign.program.commands.schema import schema as command
 
-    command(output, stated_density=stated_density, study=study)
+    command(output, study=study)
 
 
 @app.command()

@@ -20,6 +20,7 @@ from gradedesign.program.commands.check_data import (
     stated_limits,
     zone_data,
 )
+from gradedesign.program.commands.check_stated import check_stated
 from gradedesign.program.commands.plugins import registry_for
 from gradedesign.program.commands.progress_lines import ProgressLines
 from gradedesign.program.commands.show import print_json, print_table, print_text, print_warnings
@@ -63,6 +64,8 @@ def check(
     registry = registry_for(strict_plugins=strict_plugins)
     case = load_case(path, allow_outside=allow_outside, registry=registry)
     registry = with_own_cell(case, registry)
+    if case.lattice.stated:
+        return check_stated(case, registry, estimate=estimate, as_json=as_json)
     with ProgressLines("check", err=True):
         checked = check_case(case, registry)
         warnings = list(checked.warnings)

@@ -15,6 +15,7 @@ from gradedesign.design.resolve.load_balance import load_case_data
 from gradedesign.geometry.lattice.passive import keep_words, passive_volume
 from gradedesign.geometry.part.file_body import file_body_data
 from gradedesign.geometry.part.part import Part
+from gradedesign.mechanics.material.material import Material
 
 
 def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]) -> dict[str, Any]:
@@ -22,16 +23,8 @@ def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]
     resolved = checked.resolved
     return {
         "case": resolved.case.name,
-        "part": _part(checked),
-        "regions": [
-            {
-                "name": name,
-                "faces": len(region.faces),
-                "area_mm2": region.area,
-                "centroid_mm": plain_vector(region.centroid),
-            }
-            for name, region in sorted(resolved.part.regions.items())
-        ],
+        "part": part_data(resolved.part, resolved.material),
+        "regions": region_data(resolved.part),
         "passive_solids": passive_solids(checked),
         "holes": [
             {
@@ -86,15 +79,28 @@ def stated_limits(checked: CaseCheck) -> list[tuple[str, str, str]]:
     return [(limit.name, limit.load_case, limit.allowed) for limit in checked.resolved.limits]
 
 
-def _part(checked: CaseCheck) -> dict[str, Any]:
-    part = checked.resolved.part
+def region_data(part: Part) -> list[dict[str, Any]]:
+    """Area and place of every region."""
+    return [
+        {
+            "name": name,
+            "faces": len(region.faces),
+            "area_mm2": region.area,
+            "centroid_mm": plain_vector(region.centroid),
+        }
+        for name, region in sorted(part.regions.items())
+    ]
+
+
+def part_data(part: Part, material: Material | None) -> dict[str, Any]:
+    """The part as read and repaired; its mass where it has a material."""
     return {
         "source": part.source,
         "units": part.units,
         "chord_tolerance_mm": part.chord_tolerance,
         "size_mm": plain_vector(np.ptp(part.surface.vertices, axis=0)),
         "volume_mm3": part.volume,
-        "solid_mass_g": checked.resolved.material.density * part.volume * 1e6,
+        "solid_mass_g": None if material is None else material.density * part.volume * 1e6,
         "triangles": len(part.surface.faces),
         "bodies": part.report.bodies,
         "common_area_mm2": part.report.common_area,

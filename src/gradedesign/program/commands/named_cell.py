@@ -6,13 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from gradedesign.design.case.read_case import case_file, read_toml
-from gradedesign.design.case.read_generate import load_generate_case
 from gradedesign.design.resolve.own_cell import with_own_cell
 from gradedesign.design.resolve.registry import Registry, lookup
 from gradedesign.geometry.cell.family import CellFamily
-from gradedesign.geometry.lattice.lattice_schema import CellsSpec
-from gradedesign.program.host.read_case import entries_of, load_case
+from gradedesign.program.host.read_case import load_case
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -33,8 +30,7 @@ class NamedCell:
 def named_cell(registry: Registry, name: str) -> NamedCell:
     """Find a cell by its name, or by the case file, or its folder, that uses it.
 
-    A case is told by its suffix ``.toml``, or by a folder that holds a ``case.toml``; it may be one
-    of ``generate`` or of ``run``.
+    A case is told by its suffix ``.toml``, or by a folder that holds a ``case.toml``.
 
     Raises
     ------
@@ -44,14 +40,6 @@ def named_cell(registry: Registry, name: str) -> NamedCell:
     path = Path(name)
     if path.suffix.lower() != ".toml" and not (path / "case.toml").is_file():
         return NamedCell(family=lookup(registry, "cell_families", name), parameters={})
-    data, _ = read_toml(case_file(path))
-    if "limits" in data or "load_case" in data:
-        case = load_case(path, registry=registry)
-        return _of(case.lattice, with_own_cell(case, registry))
-    made = load_generate_case(path, entries=lambda: entries_of(registry))
-    return _of(made.lattice, with_own_cell(made, registry))
-
-
-def _of(lattice: CellsSpec, registry: Registry) -> NamedCell:
-    family = lookup(registry, "cell_families", lattice.cell)
-    return NamedCell(family=family, parameters=lattice.parameters)
+    case = load_case(path, registry=registry)
+    family = lookup(with_own_cell(case, registry), "cell_families", case.lattice.cell)
+    return NamedCell(family=family, parameters=case.lattice.parameters)

@@ -18,8 +18,10 @@ from gradedesign.program.commands.show import (
     print_files,
     print_json,
     print_limits,
+    print_table,
     print_text,
     print_warnings,
+    without_noise,
 )
 from gradedesign.program.host.read_case import load_case
 from gradedesign.program.outputs.files import RESULT_NAME
@@ -58,6 +60,8 @@ def run(
         )
     if as_json:
         print_result_json(result)
+    elif case.lattice.stated:
+        _print_stated(result)
     else:
         print_verdict(result)
     return UNMET if result.status in ("not_met", "infeasible") else 0
@@ -77,6 +81,53 @@ def holds_only_a_failure(folder: Path) -> bool:
 def print_result_json(result: RunResult) -> None:
     """Print what result.json holds."""
     print_json(as_json(result))
+
+
+def _print_stated(result: RunResult) -> None:
+    """Print target and achieved density of every slab along the axis on which they differ most."""
+    density = result.measures["density"]
+    measured_on = "surface" if "surface" in density else "layers"
+    axis, slabs = max(
+        density["slabs"].items(), key=lambda item: max(item[1]["target"]) - min(item[1]["target"])
+    )
+    edges = without_noise(slabs["edges_mm"], max(map(abs, slabs["edges_mm"])))
+    rows = [
+        (f"{low:.4g} to {high:.4g}", f"{t:.4f}", f"{f:.4f}", f"{s:.4f}", f"{s - t:+.4f}")
+        for low, high, t, f, s in zip(
+            edges,
+            edges[1:],
+            slabs["target"],
+            slabs["field"],
+            slabs[measured_on],
+            strict=False,
+        )
+    ]
+    typer.echo("")
+    print_table(
+        "Relative density by slabs of one cell",
+        (f"{axis} mm", "target", "field", measured_on, "error"),
+        rows,
+    )
+    print_text(
+        f"total: target {density['target']:.4f}, field {density['field']:.4f}, {measured_on} "
+        f"{density[measured_on]:.4f}; thinnest wall "
+        f"{result.measures['cell']['thinnest_wall_mm']:.3g} mm",
+        hang=2,
+    )
+    if result.mass_g is not None:
+        print_text(f"mass {result.mass_g:.4g} g of {result.solid_mass_g:.4g} g solid")
+    if thin := result.printed.get("thickness_percentiles_mm"):
+        print_text(
+            f"thickness: 0.1, 1 and 5 % of the surface have less than {thin['0.1']:.3g}, "
+            f"{thin['1']:.3g} and {thin['5']:.3g} mm of solid behind them",
+            hang=2,
+        )
+    if result.status == "not_met":
+        print_text(f"NOT_MET: {result.reason}", hang=2)
+    if result.limits:
+        print_limits(result.limits)
+    print_warnings(result.warnings)
+    print_files(result.folder, result.files.values())
 
 
 def print_verdict(result: RunResult) -> None:

@@ -6,31 +6,28 @@ import json
 from pathlib import Path
 
 from gradedesign.common.system.atomic import write_text
-from gradedesign.design.case.generate_schema import GenerateFile
 from gradedesign.design.case.schema import CaseFile, schema_json
-from gradedesign.errors import CaseError, PluginError
+from gradedesign.errors import PluginError
 from gradedesign.program.commands.show import print_json, print_text
 from gradedesign.program.host.command import load_command
 from gradedesign.program.host.read_case import entries_of
 
 
-def schema(output: Path | None, *, stated_density: bool, study: bool) -> None:
+def schema(output: Path | None, *, study: bool) -> None:
     """Print the schema, or write it to a file.
 
     Raises
     ------
     CaseError
-        If the file cannot be written, or two kinds of files are asked for.
+        If the file cannot be written.
     """
-    if study and stated_density:
-        raise CaseError("--study and --generate exclude each other; choose one")
     if study:
         layout = load_command("sweep").layout
         if layout is None:
             raise PluginError("the command 'sweep' does not tell the layout of its study")
         data = schema_json(layout())
     else:
-        data = schema_json(GenerateFile if stated_density else CaseFile, entries_of(None))
+        data = schema_json(CaseFile, entries_of(None))
     if output is None:
         print_json(data)
         return

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 
-from gradedesign.design.case.generate_schema import GenerateCase
 from gradedesign.design.case.schema import Case
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.resolve.registry import Registry
@@ -25,7 +24,7 @@ from gradedesign.program.store.run_folder import RunFolder
 @contextmanager
 def recording_failure(
     out: RunFolder,
-    case: Case | GenerateCase,
+    case: Case,
     registry: Registry,
     timing: Callable[[], dict[str, float]],
     finished: Sequence[DesignIteration] = (),
@@ -37,7 +36,7 @@ def recording_failure(
     Parameters
     ----------
     out : RunFolder
-    case : Case or GenerateCase
+    case : Case
     registry : Registry
     timing : callable
         Seconds of each stage so far.

@@ -13,7 +13,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.atomic import replacing_path
 from gradedesign.common.system.progress import report_step
-from gradedesign.design.case.schema import CaseIdentity
+from gradedesign.design.case.schema import Case
 from gradedesign.design.loop.announce import Announcer
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.iteration_steps import build_design, density_grid
@@ -121,7 +121,7 @@ def write_outputs(
     return result
 
 
-def stated_outputs(case: CaseIdentity, registry: Registry) -> list[Output]:
+def stated_outputs(case: Case, registry: Registry) -> list[Output]:
     """Outputs that a case asks for, in its order; its other formats are those of the lattice."""
     names = dict.fromkeys(case.output.formats)
     return [
@@ -142,7 +142,7 @@ def _blamed(output: Output, source: str) -> Output:
 
 
 def finished_run(
-    out: RunFolder, case: CaseIdentity, files: dict[str, str], result: Callable[[], RunResult]
+    out: RunFolder, case: Case, files: dict[str, str], result: Callable[[], RunResult]
 ) -> FinishedRun:
     """Record that outputs receive, without fields and models; ``files`` takes what they write."""
 

@@ -109,6 +109,7 @@ def render_report(result: RunResult, pictures: Mapping[str, bytes], case_text: s
             names.setdefault(row.measure, []).append(row.name)
     return _environment().get_template("report.html").render(
         result=result,
+        stated_density=result.measures.get("density"),
         statuses=_STATUS,
         run_words=_run_words(result),
         quantities=_QUANTITIES,

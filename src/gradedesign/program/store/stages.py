@@ -10,7 +10,7 @@ from typing import Any
 
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.cache import content_key
-from gradedesign.design.case.schema import CaseIdentity
+from gradedesign.design.case.schema import Case
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.loop_stages import Judged
 from gradedesign.design.resolve.setup import Setup
@@ -26,13 +26,13 @@ from gradedesign.program.store.run_folder import RunFolder, open_run_folder
 ITERATION_VERSION = 10
 
 
-def default_folder(case: CaseIdentity) -> Path:
+def default_folder(case: Case) -> Path:
     """Run folder of a case below the working folder, from the letters of its name."""
     plain = re.sub(r"[^\w.-]+", "-", case.name).strip("-.") or "case"
     return Path("runs") / plain
 
 
-def open_stages(path: Path, case: CaseIdentity, *, resume: bool, overwrite: bool) -> RunFolder:
+def open_stages(path: Path, case: Case, *, resume: bool, overwrite: bool) -> RunFolder:
     """Open the run folder of a case; use it in a ``with`` statement."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

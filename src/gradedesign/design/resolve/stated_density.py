@@ -7,7 +7,7 @@ from collections.abc import Callable
 from gradedesign.arrays import FloatArray
 from gradedesign.common.values.formula import parse_formula
 from gradedesign.common.values.locate import locating
-from gradedesign.design.case.generate_schema import GenerateCase
+from gradedesign.design.case.schema import Case
 from gradedesign.errors import CaseError
 from gradedesign.geometry.formats.vtu_fields import read_vtu_field
 from gradedesign.geometry.lattice.density_grid import DensityGrid
@@ -31,7 +31,7 @@ NODES_PER_CELL = 8
 
 
 def stated_density(
-    case: GenerateCase,
+    case: Case,
     source: DensitySource | None,
     *,
     domain: DesignDomain,
@@ -42,7 +42,7 @@ def stated_density(
 
     Parameters
     ----------
-    case : GenerateCase
+    case : Case
     source : callable, optional
         Takes the place of the case's density.
     domain : DesignDomain
@@ -59,17 +59,18 @@ def stated_density(
         If a file cannot be used.
     """
     spec = case.lattice
-    low, high = spec.density or window
-    if source is None and spec.density_map is None:
+    low, high = spec.stated_range or window
+    if source is None and isinstance(spec.density, float):
         with locating(case.where, "lattice.density"):
-            level_of(low)
-            _require_floor(low, window)
-        return low
+            level_of(spec.density)
+            _require_floor(spec.density, window)
+        return spec.density
     source_kind = "function"
     key = "lattice.density_map"
     if source is None and spec.density_map is not None:
         source_kind = spec.density_map.source
-        key = f"{key}.{source_kind}"
+        written = f"{key}.{source_kind}"
+        key = written if written in case.lines else "lattice.density"
     with locating(case.where, key):
         if source is None:
             source = _source(case, spec.density_map, domain)
@@ -94,7 +95,7 @@ def _require_floor(density: float, window: tuple[float, float]) -> None:
 
 
 def _source(
-    case: GenerateCase,
+    case: Case,
     spec: DensityMapSpec | None,
     domain: DesignDomain,
 ) -> DensitySource:
@@ -138,4 +139,4 @@ def _source(
     start, edges = place_voxels(
         raw.shape, domain.lower, domain.upper, voxel_size=spec.voxel_size, origin=spec.origin
     )
-    return voxel_density(densities(raw, case.lattice.density), start, edges)
+    return voxel_density(densities(raw, case.lattice.stated_range), start, edges)

@@ -12,7 +12,7 @@ import numpy as np
 from gradedesign.arrays import Field
 from gradedesign.common.values.formula import parse_formula
 from gradedesign.common.values.locate import locating
-from gradedesign.design.case.generate_schema import GenerateCase, TransitionSpec
+from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.registry import Registry, lookup
 from gradedesign.errors import CaseError
 from gradedesign.geometry.cell.blend import Scale
@@ -30,6 +30,7 @@ from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.formula_density import formula_field
 from gradedesign.geometry.lattice.local_level import local_level
 from gradedesign.geometry.lattice.parameter_map_schema import ParameterMapSpec
+from gradedesign.geometry.lattice.transition_schema import TransitionSpec
 
 #: The weight of a second family is kept on a grid with this many nodes per cell. Chosen, not
 #: measured.
@@ -38,7 +39,7 @@ WEIGHT_NODES_PER_CELL = 8
 PLACES_PER_CELL = 12
 
 
-def stated_cells(case: GenerateCase, registry: Registry) -> Cells:
+def stated_cells(case: Case, registry: Registry) -> Cells:
     """Look up and calibrate the families of a case; their window is of walls that can be printed.
 
     Raises
@@ -61,7 +62,7 @@ def stated_cells(case: GenerateCase, registry: Registry) -> Cells:
         return _with_floor(case, cell_pair(first, other, scale=_scale(second)))
 
 
-def _with_floor(case: GenerateCase, cells: Cells) -> Cells:
+def _with_floor(case: Case, cells: Cells) -> Cells:
     """The cells above the density whose walls can be printed."""
     least = None if case.print is None else case.print.min_wall
     if least is None:
@@ -71,7 +72,7 @@ def _with_floor(case: GenerateCase, cells: Cells) -> Cells:
     return replace(cells, window=(max(cells.window[0], *floors), cells.window[1]))
 
 
-def _incremented(case: GenerateCase, registry: Registry, spec: ParameterMapSpec) -> Cells:
+def _incremented(case: Case, registry: Registry, spec: ParameterMapSpec) -> Cells:
     """One family at the increments of a parameter."""
     with locating(case.where, "lattice.cell"):
         family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
@@ -84,7 +85,7 @@ def _incremented(case: GenerateCase, registry: Registry, spec: ParameterMapSpec)
 
 
 def placed_cells(
-    case: GenerateCase,
+    case: Case,
     cells: Cells,
     cell_map: Field,
     *,
@@ -95,7 +96,7 @@ def placed_cells(
 
     Parameters
     ----------
-    case : GenerateCase
+    case : Case
     cells : Cells
     cell_map : callable
         Points ``(3, ...)`` mm to ``(3, ...)`` cell coordinates.
@@ -143,7 +144,7 @@ def _joined(cells: Cells, spec: TransitionSpec, least: float) -> tuple[Cells, di
 
 
 def _levelled(
-    case: GenerateCase,
+    case: Case,
     cells: Cells,
     share: Field,
     cell_map: Field,
@@ -173,7 +174,7 @@ def _levelled(
     }
 
 
-def _weight_grid(case: GenerateCase, spec: TransitionSpec, domain: DesignDomain) -> DensityGrid:
+def _weight_grid(case: Case, spec: TransitionSpec, domain: DesignDomain) -> DensityGrid:
     """Weight of the second cell of a transition."""
     return sample_density(
         formula_field(parse_formula(spec.weight), domain.distance),
@@ -193,7 +194,7 @@ def least_density(density: DensityGrid | float) -> float:
 
 
 def parameter_share(
-    case: GenerateCase,
+    case: Case,
     spec: ParameterMapSpec,
     density: DensityGrid | float,
     domain: DesignDomain,
@@ -238,7 +239,7 @@ def thinnest_wall(cells: Cells, density: float, size: float) -> float:
 
 
 def _calibrated(
-    case: GenerateCase, registry: Registry, key: str, name: str, stated: Mapping[str, float]
+    case: Case, registry: Registry, key: str, name: str, stated: Mapping[str, float]
 ) -> Cell:
     with locating(case.where, f"{key}.cell"):
         family: CellFamily = lookup(registry, "cell_families", name)

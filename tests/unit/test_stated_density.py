@@ -1,4 +1,4 @@
-"""``gradedesign generate``: what it writes, what it says, what it refuses."""
+"""A run of a stated density: what it writes, what it says, what it refuses."""
 
 import csv
 import json
@@ -8,16 +8,15 @@ import pytest
 from PIL import Image
 
 from gradedesign.design.case.read_case import load_case
-from gradedesign.design.case.read_generate import load_generate_case
+from gradedesign.design.resolve.stated_cells import placed_cells, stated_cells
+from gradedesign.design.resolve.stated_density import stated_density
 from gradedesign.errors import CaseError, DensityError
 from gradedesign.geometry.contour.surface import require_closed
 from gradedesign.geometry.formats.read_stl import read_stl
 from gradedesign.geometry.formats.write_stl import surface_of_stl
 from gradedesign.geometry.lattice.density_grid import evaluate
 from gradedesign.geometry.lattice.domain import DesignDomain
-from gradedesign.program.generate.generate import generate
-from gradedesign.program.generate.stated_cells import build_cells, stated_cells
-from gradedesign.program.generate.stated_density import stated_density
+from gradedesign.pipeline import run
 from gradedesign.program.host.registry import build_registry
 
 CASE = """\
@@ -39,13 +38,14 @@ def write(folder, text):
 
 def test_a_ramp_is_generated_with_picture_surface_and_slabs(tmp_path, cli):
     case = write(tmp_path, CASE + RAMP + '[material]\nname = "Ti-6Al-4V"\n')
-    ended = cli("generate", case, "-o", tmp_path / "out")
+    ended = cli("run", case, "-o", tmp_path / "out")
     assert ended.code == 0, ended.err
     assert "Relative density by slabs of one cell" in ended.out
     result = json.loads((tmp_path / "out" / "result.json").read_text())
     assert result["status"] == "partial"
     assert set(result["files"].values()) == {
-        "lattice.stl", "lattice.png", "slabs.csv", "result.json",
+                    "lattice.stl", "lattice.png", "slabs.csv", "report.html", "result.json",
+
     }  # fmt: skip
     slabs = result["measures"]["density"]["slabs"]["x"]
     np.testing.assert_allclose(slabs["target"], [0.25, 0.35, 0.45], atol=1e-3)
@@ -62,7 +62,7 @@ def test_a_ramp_is_generated_with_picture_surface_and_slabs(tmp_path, cli):
     assert result["mass_g"] == pytest.approx(
         result["relative_density"] * result["solid_mass_g"], rel=1e-9
     )
-    again = cli("generate", case, "-o", tmp_path / "out")
+    again = cli("run", case, "-o", tmp_path / "out")
     assert again.code == 2
     assert "overwrite" in again.err
 
@@ -95,7 +95,7 @@ def made(tmp_path_factory):
 )
 def test_every_source_gives_the_same_density(made, source, more, tolerance):
     text = CASE.replace("15 mm", "10 mm")
-    case = load_generate_case(write(made, f"{text}{more}\n[lattice.density_map]\n{source}\n"))
+    case = load_case(write(made, f"{text}{more}\n[lattice.density_map]\n{source}\n"))
     half = np.array([5.0, 2.5, 2.5])[:, None]
     found = stated_density(
         case,
@@ -116,16 +116,17 @@ def test_every_source_gives_the_same_density(made, source, more, tolerance):
 
 
 def test_a_function_takes_the_place_of_the_density(tmp_path):
-    case = load_generate_case(write(tmp_path, CASE.replace("15 mm", "5 mm") + "density = 0.3\n"))
+    case = load_case(write(tmp_path, CASE.replace("15 mm", "5 mm") + "density = 0.3\n"))
     out = tmp_path / "out"
     with pytest.raises(DensityError, match="function asks for"):
-        generate(case, folder=out, density=lambda p: 0.3 + p[0])
+        run(case, folder=out, density=lambda p: 0.3 + p[0])
     assert json.loads((out / "result.json").read_text())["status"] == "failed"
 
 
 REFUSED = {
-    "no density": ("", CaseError, "density = 0.3"),
-    "a range alone": ("density = [0.2, 0.4]", CaseError, "density = 0.3"),
+    "no density": ("", CaseError, "or state the density of the lattice, such as density = 0.3"),
+    "a range alone": ("density = [0.2, 0.4]", CaseError, r"missing; add \[limits\], or state"),
+    "formula and map": (f'density = "0.2 + x / 99"\n{RAMP}', CaseError, "formula and a map"),
     "beyond the window": ("density = 0.995", DensityError, r"lattice\.density: cell .*exists"),
     "map beyond it": (
         '[lattice.density_map]\nformula = "1 - x / 15"',
@@ -158,7 +159,7 @@ REFUSED = {
     "zones": (
         'density = 0.3\n[[zone]]\nname = "end"\nformula = "x - 9"\ncell = "bcc"',
         CaseError,
-        r"case\.toml:9: zone: belongs to `gradedesign run`; .* by \[lattice\.transition\]",
+        r"case\.toml:9: zone: goes with a density .* by \[lattice\.transition\]",
     ),
     "second unknown": (
         'density = 0.3\n[lattice.transition]\ncell = "bbc"\nweight = "0.5"', CaseError, "bcc",
@@ -180,15 +181,15 @@ REFUSED = {
 def test_bad_input_is_named(tmp_path, more, kind, words):
     text = CASE.replace("gyroid-sheet", "gyroid-shet") if "gyroid" in words else CASE
     with pytest.raises(kind, match=words):
-        generate(load_generate_case(write(tmp_path, text + more)), folder=tmp_path / "out")
+        run(load_case(write(tmp_path, text + more)), folder=tmp_path / "out")
 
 
 def test_a_transition_is_generated_and_its_neck_told(tmp_path):
     text = CASE.replace("15 mm", "10 mm").replace("gyroid-sheet", "primitive-sheet")
     more = 'density = 0.3\n[lattice.transition]\ncell = "sc"\nweight = "smoothstep(2, 8, x)"\n'
-    case = load_generate_case(write(tmp_path, text + more))
+    case = load_case(write(tmp_path, text + more))
     cells = stated_cells(case, build_registry())
-    built = build_cells(
+    placed, told = placed_cells(
         case,
         cells,
         lambda p: p / 5.0,
@@ -200,15 +201,73 @@ def test_a_transition_is_generated_and_its_neck_told(tmp_path):
         ),
     )
     # Unmoved, the struts run through the holes of the sheet.
-    assert any(built.transition["shift_cells"])
-    assert built.transition["neck_over_two_cells"]["components"] == 1
+    assert any(told["shift_cells"])
+    assert told["neck_over_two_cells"]["components"] == 1
     points = np.array([[1.0, 5.0, 9.0], [1.3, 1.3, 1.3], [2.1, 2.1, 2.1]])
-    np.testing.assert_allclose(built.cell_map(points)[3], [0, 0.5, 1], atol=0.01)
+    np.testing.assert_allclose(placed.weights_at(points)[1], [0, 0.5, 1], atol=0.01)
 
 
-def test_run_refuses_a_stated_density(tmp_path):
-    with pytest.raises(CaseError, match="belongs to `gradedesign generate`"):
-        load_case(write(tmp_path, CASE + RAMP))
+def test_the_command_generate_names_run(cli, tmp_path):
+    ended = cli("generate", write(tmp_path, CASE + RAMP))
+    assert ended.code == 2
+    assert "`gradedesign run` builds the lattice of a case that states its density" in ended.err
+
+
+ANALYSED = """\
+[region.root]
+plane = "x = min"
+[region.tip]
+plane = "x = max"
+[material]
+name = "PA12"
+[[load_case]]
+name = "pull"
+fix = [{region = "root"}]
+load = [{region = "tip", force = ["1 N", "0 N", "0 N"]}]
+[limits]
+stress = "20 MPa"
+"""
+
+
+def test_a_run_with_loads_builds_the_stated_lattice_and_says_that_no_limit_is_judged(tmp_path, cli):
+    """The surface is that without loads; both number and formula, and looked at by check."""
+    box = CASE.replace("15 mm", "5 mm") + 'density = "0.3 + 0 * x"\n'
+    bodies = []
+    for name, more in (("alone", ""), ("loaded", ANALYSED)):
+        case = write(tmp_path, box + more)
+        checked = json.loads(cli("check", case, "--json").out)
+        assert checked["density"] == pytest.approx([0.3, 0.3], rel=1e-12)
+        ended = cli("run", case, "-o", tmp_path / name, "--json")
+        assert ended.code == 0, ended.err
+        result = json.loads(ended.out)
+        told = [w for w in result["warnings"] if "limits: not judged" in w]
+        assert len(told) == (1 if more else 0)
+        assert told == [w for w in checked["warnings"] if "limits: not judged" in w]
+        assert (result["status"], result["limits"]) == ("partial", [])
+        bodies.append((tmp_path / name / "lattice.stl").read_bytes())
+    assert bodies[0] == bodies[1]
+    # PA12 of the library: 0.93 g/cm^3, 125 mm^3.
+    assert checked["part"]["solid_mass_g"] == pytest.approx(0.11625, rel=1e-9)
+    ended = cli("check", case, "--estimate")
+    assert ended.code == 2
+    assert "--estimate sizes a lattice, and the density of this one is stated" in ended.err
+
+
+def test_a_finished_run_of_a_stated_density_is_not_built_again(tmp_path, cli):
+    case = write(tmp_path, CASE.replace("15 mm", "5 mm") + "density = 0.3\n")
+    assert cli("run", case, "-o", tmp_path / "out").code == 0
+    before = (tmp_path / "out" / "lattice.stl").stat().st_mtime_ns
+    ended = cli("run", case, "-o", tmp_path / "out", "--resume")
+    assert ended.code == 0
+    assert "holds the result of this case; nothing is run" in ended.out
+    assert "Relative density by slabs of one cell" in ended.out
+    assert (tmp_path / "out" / "lattice.stl").stat().st_mtime_ns == before
+
+
+def test_a_function_needs_a_case_that_states_its_density(tmp_path):
+    case = load_case(write(tmp_path, CASE + "density = [0.2, 0.4]\n" + ANALYSED))
+    with pytest.raises(CaseError, match="takes the place of a stated density"):
+        run(case, folder=tmp_path / "out", density=lambda p: 0.3 + p[0])
 
 
 def test_triangles_follow_a_stated_chord_tolerance(tmp_path, cli):
@@ -216,14 +275,14 @@ def test_triangles_follow_a_stated_chord_tolerance(tmp_path, cli):
     case = CASE.replace("15 mm", "5 mm") + "density = 0.3\n"
     found = {}
     for name, more in (("all", ""), ("few", '[print]\nchord_tolerance = "0.02 mm"\n')):
-        ended = cli("generate", write(tmp_path, case + more), "-o", tmp_path / name)
+        ended = cli("run", write(tmp_path, case + more), "-o", tmp_path / name)
         assert ended.code == 0, ended.err
         data = (tmp_path / name / "lattice.stl").read_bytes()
         found[name] = surface_of_stl(data, name)
     assert len(found["few"].faces) < len(found["all"].faces) / 3
     # 0.02 mm of 0.43 mm thick walls, on both sides of them and mostly inwards where they bulge
     assert require_closed(found["few"]) == pytest.approx(require_closed(found["all"]), rel=0.02)
-    ended = cli("generate", write(tmp_path, case + '[print]\nchord_tolerance = "0 mm"\n'))
+    ended = cli("run", write(tmp_path, case + '[print]\nchord_tolerance = "0 mm"\n'))
     assert ended.code == 2
     assert "chord_tolerance" in ended.err
 
@@ -231,7 +290,7 @@ def test_triangles_follow_a_stated_chord_tolerance(tmp_path, cli):
 def test_powder_that_a_skin_closes_in_is_told(tmp_path, cli):
     """Both rooms of one gyroid cell, in the box within the skin less its sheet."""
     case = CASE.replace("15 mm", "5 mm") + 'density = 0.3\nskin = "0.5 mm"\n'
-    ended = cli("generate", write(tmp_path, case), "-o", tmp_path / "closed", "--json")
+    ended = cli("run", write(tmp_path, case), "-o", tmp_path / "closed", "--json")
     assert ended.code == 0, ended.err
     result = json.loads(ended.out)
     # 0.7 of 4^3 mm^3; the cell is cut 0.5 mm from its faces, where it may hold more or less.
@@ -241,5 +300,5 @@ def test_powder_that_a_skin_closes_in_is_told(tmp_path, cli):
     assert filled == pytest.approx(125, rel=1e-4)
     (told,) = (text for text in result["warnings"] if text.startswith("the printed solid has"))
     assert f"{result['measures']['closed_voids']['count']} closed voids of" in told
-    ended = cli("generate", write(tmp_path, CASE + RAMP), "-o", tmp_path / "open", "--json")
+    ended = cli("run", write(tmp_path, CASE + RAMP), "-o", tmp_path / "open", "--json")
     assert not [text for text in json.loads(ended.out)["warnings"] if "closed void" in text]

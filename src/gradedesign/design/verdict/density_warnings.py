@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.design.case.generate_schema import GenerateCase
+from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.lattice_files import chord_tolerance
+from gradedesign.design.resolve.stated_lattice import StatedLattice
 from gradedesign.geometry.cell.cells import Cells
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.printed_surface import STEPS_PER_WALL, VOLUME_ERROR, first_step
@@ -35,13 +36,7 @@ class BesideCells:
 
 
 def density_warnings(
-    case: GenerateCase,
-    cells: Cells,
-    domain: DesignDomain,
-    slabs: Sequence[SlabDensities],
-    *,
-    wall: float,
-    beside: BesideCells,
+    stated: StatedLattice, slabs: Sequence[SlabDensities], beside: BesideCells
 ) -> tuple[str, ...]:
     """A warning where the printed density of the whole part is off the stated one.
 
@@ -50,15 +45,12 @@ def density_warnings(
 
     Parameters
     ----------
-    case : GenerateCase
-    cells : Cells
-    domain : DesignDomain
+    stated : StatedLattice
     slabs : sequence of SlabDensities
         Across x, y and z.
-    wall : float, mm
-        Thinnest wall or strut at the least density.
     beside : BesideCells
     """
+    case, cells, domain, wall = stated.case, stated.cells, stated.design.domain, stated.wall
     targets = [total(one, "target") for one in slabs]
     target, field = float(np.mean(targets)), float(np.mean([total(s, "field") for s in slabs]))
     printed = total(slabs[0], "surface")
@@ -87,7 +79,7 @@ def density_warnings(
 
 
 def _causes(
-    case: GenerateCase,
+    case: Case,
     slabs: SlabDensities,
     wall: float,
     beside: BesideCells,
@@ -108,7 +100,7 @@ def _causes(
     }
 
 
-def _coarse(case: GenerateCase, slabs: SlabDensities, wall: float) -> bool:
+def _coarse(case: Case, slabs: SlabDensities, wall: float) -> bool:
     """Whether walls are too thin for the layers, the stated triangles or the finest first grid."""
     finest = first_step(case.lattice.cell_size, 0.0)
     return (
@@ -145,7 +137,7 @@ def _of_cells(cells: Cells, domain: DesignDomain) -> str:
     )
 
 
-def _of_contour(case: GenerateCase, measured_on: str, wall: float) -> str:
+def _of_contour(case: Case, measured_on: str, wall: float) -> str:
     """Why the surface, or the layers, hold more or less than the field, and what helps."""
     if measured_on == "layers":
         return (

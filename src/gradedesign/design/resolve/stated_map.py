@@ -7,7 +7,7 @@ from typing import Any
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.values.locate import locating
-from gradedesign.design.case.generate_schema import GenerateCase
+from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.oriented import (
     alignment,
     constant_size,
@@ -25,7 +25,7 @@ from gradedesign.geometry.part.part import Part
 
 
 def stated_map(
-    case: GenerateCase,
+    case: Case,
     part: Part,
     cell: Cell,
     density: DensityGrid | float,
@@ -36,7 +36,7 @@ def stated_map(
 
     Parameters
     ----------
-    case : GenerateCase
+    case : Case
     part : Part
     cell : Cell
         Of the (first) family: graded size follows its walls.

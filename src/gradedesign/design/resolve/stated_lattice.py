@@ -1,0 +1,166 @@
+"""A lattice of stated density as far as it is known without its surface: in seconds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from gradedesign.common.system.progress import report_step
+from gradedesign.common.values.locate import locating
+from gradedesign.design.case.schema import Case
+from gradedesign.design.printing.build_volume import require_fits
+from gradedesign.design.printing.print_checks import require_voxels_fit
+from gradedesign.design.resolve.lattice_files import LatticeFile, lattice_files, require_writable
+from gradedesign.design.resolve.part_readers import part_readers
+from gradedesign.design.resolve.part_repairer import part_repairer
+from gradedesign.design.resolve.registry import Registry
+from gradedesign.design.resolve.resolve import case_material
+from gradedesign.design.resolve.stated_cells import (
+    least_density,
+    placed_cells,
+    stated_cells,
+    thinnest_wall,
+)
+from gradedesign.design.resolve.stated_density import stated_density
+from gradedesign.design.resolve.stated_map import stated_map
+from gradedesign.geometry.cell.cells import Cells
+from gradedesign.geometry.lattice.density_source import DensitySource
+from gradedesign.geometry.lattice.design_domain import design_domain
+from gradedesign.geometry.lattice.drains import drain_warnings, drained
+from gradedesign.geometry.lattice.lattice import LatticeDesign
+from gradedesign.geometry.lattice.part_room import require_cells_fit, require_lattice_left
+from gradedesign.geometry.lattice.placed_map import lattice_points
+from gradedesign.geometry.lattice.skin_room import require_struts, skin_warnings
+from gradedesign.geometry.part.part import Part, read_part
+from gradedesign.mechanics.material.material import Material
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StatedLattice:
+    """A lattice as a case states it, before its surface is made.
+
+    Attributes
+    ----------
+    case : Case
+    part : Part
+    cells : Cells
+        Before they are placed.
+    design : LatticeDesign
+    wall : float, mm
+        Thinnest wall or strut at the least density.
+    material : Material or None
+        None where the case names none.
+    formats : tuple of LatticeFile
+        Files of the lattice that the case asks for.
+    cell_map : mapping
+        Report on the map of the cells.
+    transition : mapping
+        Measures of a transition, or of a parameter that changes; else empty.
+    warnings : tuple of str
+        On the case, its part and its lattice.
+    """
+
+    case: Case
+    part: Part
+    cells: Cells
+    design: LatticeDesign
+    wall: float
+    material: Material | None
+    formats: tuple[LatticeFile, ...]
+    cell_map: Mapping[str, Any]
+    transition: Mapping[str, Any]
+    warnings: tuple[str, ...]
+
+
+def stated_part(case: Case, registry: Registry) -> Part:
+    """The part as read and repaired, if it fits the printer and its cells the part.
+
+    Raises
+    ------
+    CaseError, PartError, ResourceError, PluginError
+        Whatever is wrong, with file, line and key.
+    """
+    report_step("reading and repairing the part")
+    mend = part_repairer(case, registry)
+    with locating(case.where, "part.file"):
+        part = read_part(case, part_readers(case, registry), mend)
+    require_fits(case, part.surface)
+    require_voxels_fit(case, part.surface)
+    require_cells_fit(case, part)
+    return part
+
+
+def stated_lattice(
+    case: Case, registry: Registry, part: Part, source: DensitySource | None = None
+) -> StatedLattice:
+    """The lattice as the case states it; everything that it is refused for is refused here.
+
+    Parameters
+    ----------
+    case : Case
+    registry : Registry
+    part : Part
+    source : callable, optional
+        Points ``(3, n)`` mm to relative density ``(n,)``, in place of the case's density.
+
+    Raises
+    ------
+    CaseError, DensityError, LatticeError, PluginError, ResourceError
+        Whatever is wrong, with file, line and key.
+    """
+    formats = lattice_files(case, registry)
+    material = None if case.material is None else case_material(case, registry)
+    report_step("density and cell map")
+    cells = stated_cells(case, registry)
+    domain = design_domain(case, part)
+    density = stated_density(
+        case, source, domain=domain, window=cells.window, level_of=cells.level_of
+    )
+    for used in cells.members:
+        require_struts(case, used.name, struts=used.axes is not None)
+    points = lattice_points(domain)
+    require_lattice_left(case, points, domain)
+    cell_map, report = stated_map(case, part, cells.members[0], density, domain.distance, points)
+    placed, transition = placed_cells(case, cells, cell_map, density=density, domain=domain)
+    design = LatticeDesign(
+        domain=domain, cells=placed, cell_map=cell_map, cell_size=cell_map.size, density=density
+    )
+    holes = drained(case, part, design, case.lattice.cell_size)
+    design = replace(design, domain=replace(domain, drains=holes.drains))
+    require_writable(
+        case,
+        formats,
+        design.domain,
+        cell_map,
+        cells.axes,
+    )
+    return StatedLattice(
+        case=case,
+        part=part,
+        cells=cells,
+        design=design,
+        wall=thinnest_wall(cells, least_density(design.density), case.lattice.cell_size),
+        material=material,
+        formats=formats,
+        cell_map=report,
+        transition=transition,
+        warnings=(
+            *case.warnings,
+            *_unjudged(case),
+            *part.report.warnings,
+            *skin_warnings(case, part, domain),
+            *drain_warnings(case, holes),
+        ),
+    )
+
+
+def _unjudged(case: Case) -> tuple[str, ...]:
+    """Say that limits which stand in the case are not judged."""
+    if case.limits.empty:
+        return ()
+    return (
+        f"{case.where('limits')}: not judged: the density is stated, so the run ends with its "
+        f"lattice; density = [lowest, highest] has the lightest one found, and two equal numbers "
+        f"that density judged",
+    )

@@ -1,0 +1,145 @@
+"""The result record of a lattice of stated density."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from gradedesign.design.acceptance.body import void_warnings
+from gradedesign.design.case.schema import Case
+from gradedesign.design.loop.stated_print import StatedPrint
+from gradedesign.design.resolve.outer_triangles import outer_data
+from gradedesign.design.resolve.registry import Registry
+from gradedesign.design.resolve.stated_lattice import StatedLattice
+from gradedesign.design.verdict.common import library_versions
+from gradedesign.design.verdict.density_warnings import BesideCells, density_warnings
+from gradedesign.design.verdict.printable import thickness_data, with_print_limits
+from gradedesign.design.verdict.provenance import material_data
+from gradedesign.design.verdict.result import RunResult
+from gradedesign.geometry.contour.islands import Islands, islands_words
+from gradedesign.geometry.lattice.drains import drain_data
+from gradedesign.geometry.lattice.joint_volume import joint_volume
+from gradedesign.geometry.lattice.printed_surface import VOLUME_ERROR
+from gradedesign.geometry.lattice.slab_density import SlabDensities, total
+from gradedesign.geometry.part.file_body import file_body_data
+
+#: Note in the result in place of the measures of the surface.
+_NO_SURFACE = (
+    "layers alone are asked for, so no surface was made: thickness, overhangs, islands, closed "
+    "voids and the picture are left out; add stl to [output] formats for them"
+)
+
+
+def stated_result(registry: Registry, stated: StatedLattice, made: StatedPrint) -> RunResult:
+    """Result record of a lattice; ``not_met`` where it breaks a limit of ``[print.limits]``."""
+    case, slabs, volume, surface = stated.case, made.slabs, made.volume, made.surface
+    joints, loose = joint_volume(stated.design), made.dropped_share
+    beside = BesideCells(
+        loose=loose / (1.0 - loose) * volume / stated.part.volume,
+        joints=joints / stated.part.volume,
+    )
+    warnings = (
+        *registry.notes,
+        *stated.warnings,
+        *islands_words(made.dropped, loose),
+        *_mix_warnings(stated.transition),
+        *density_warnings(stated, slabs, beside),
+        *((_NO_SURFACE,) if surface is None else _void_warnings(case, surface.islands, volume)),
+    )
+    on = slabs[0].measured_on
+    density: dict[str, Any] = {
+        "target": total(slabs[0], "target"),
+        "field": total(slabs[0], "field"),
+        on: total(slabs[0], "surface"),
+        "slabs": {"xyz"[s.axis]: slab_data(s) for s in slabs},
+    }
+    material, part = stated.material, stated.part
+    heavy = None if material is None else material.density
+    result = RunResult(
+        status="partial",
+        lightest=False,
+        ended_by="stop_after",
+        reason="the lattice of a stated density; nothing is analysed, nothing is proven",
+        relative_density=volume / part.volume,
+        measures={
+            "density": density,
+            "cell": {**cell_data(stated), **made.sizes},
+            "cell_map": dict(stated.cell_map),
+            "drains": drain_data(stated.design.domain.drains),
+            "transition": dict(stated.transition),
+            "volume_mm3": volume,
+            "joints_mm3": joints,
+            **_loose_data(made),
+        },
+        printed={}
+        if surface is None
+        else {**thickness_data(surface.thickness), **outer_data(case, part.surface)},
+        repairs=part.report.changes,
+        file_bodies=file_body_data(part.file_bodies),
+        warnings=tuple(dict.fromkeys(warnings)),
+        plugins=tuple(str(p) for p in registry.plugins),
+        versions=library_versions(),
+        case_hash=case.case_hash,
+        case_name=case.name,
+        material={} if material is None else material_data(material),
+        mass_g=None if heavy is None else volume * heavy * 1e6,
+        solid_mass_g=None if heavy is None else part.volume * heavy * 1e6,
+    )
+    printability = None if surface is None else surface.printability
+    return with_print_limits(result, case, printability, material)
+
+
+def _void_warnings(case: Case, islands: Islands, volume: float) -> tuple[str, ...]:
+    """A warning on closed voids; with ``[print]`` the check of printability says more."""
+    if case.print is not None:
+        return ()
+    return tuple(void_warnings(islands.pockets, islands.pocket_volume, volume))
+
+
+def _loose_data(made: StatedPrint) -> dict[str, Any]:
+    """Plain data on closed voids of the surface, or on what layers leave out."""
+    if made.surface is None:
+        return {"disconnected": {"count": made.dropped, "volume_share": made.dropped_share}}
+    islands = made.surface.islands
+    return {"closed_voids": {"count": islands.pockets, "volume_mm3": islands.pocket_volume}}
+
+
+def slab_data(slabs: SlabDensities) -> dict[str, Any]:
+    """Plain data of the slabs across one axis."""
+    field, surface = slabs.field - slabs.target, slabs.surface - slabs.target
+    return {
+        "edges_mm": slabs.edges.tolist(),
+        "target": slabs.target.tolist(),
+        "field": slabs.field.tolist(),
+        slabs.measured_on: slabs.surface.tolist(),
+        "largest_error_of_field": float(np.abs(field).max()),
+        f"largest_error_of_{slabs.measured_on}": float(np.abs(surface).max()),
+    }
+
+
+def cell_data(stated: StatedLattice) -> dict[str, Any]:
+    """Plain data on the first cell family."""
+    lattice = stated.case.lattice
+    first = stated.cells.members[0]
+    return {
+        "name": first.name,
+        "source": first.family.source,
+        "parameters": dict(first.parameters),
+        "window": list(stated.cells.window),
+        "size_mm": list(lattice.size),
+        "grading": lattice.grading,
+        "thinnest_wall_mm": stated.wall,
+    }
+
+
+def _mix_warnings(transition: Mapping[str, Any]) -> tuple[str, ...]:
+    """A warning where a cell of a transition is off its stated density."""
+    off = float(transition.get("cell_density_error", 0.0))
+    if off <= VOLUME_ERROR:
+        return ()
+    return (
+        f"a cell of the mix is off its stated density by up to {off:.1%}: its share changes "
+        "too much within a cell; a transition over more cells mends it",
+    )

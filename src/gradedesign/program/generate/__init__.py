@@ -1,1 +1,0 @@
-"""The lattice of a stated density."""
