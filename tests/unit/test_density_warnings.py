@@ -6,7 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gradedesign import CellFamily
 from gradedesign.design.case.read_case import load_case
 from gradedesign.design.verdict.density_warnings import BesideCells, density_warnings
 from gradedesign.geometry.lattice.domain import DesignDomain
@@ -73,13 +72,12 @@ def slabs_of(target, field, surface, measured_on="surface"):
 
 def told(folder, slabs, *, period=1, more="", wall=0.036, loose=0.0, joints=0.0):
     (folder / "case.toml").write_text(CASE + more, encoding="utf-8")
-    family = CellFamily(name="plates", shape=lambda u: u[0], period=period)
     domain = DesignDomain(
         distance=lambda points: points[0], lower=np.zeros(3), upper=np.full(3, 6.0)
     )
     stated = SimpleNamespace(
         case=load_case(folder / "case.toml"),
-        cells=SimpleNamespace(families=(SimpleNamespace(family=family),)),
+        cells=SimpleNamespace(period=period),
         design=SimpleNamespace(domain=domain),
         wall=wall,
     )

@@ -117,7 +117,7 @@ def _solid(domain: DesignDomain) -> bool:
 
 def _of_cells(cells: Cells, domain: DesignDomain) -> str:
     """Why the field holds more or less than the cells do on average, and what helps."""
-    period = max(used.family.period for used in cells.members)
+    period = cells.period
     if period > 1:
         return (
             f"the cells are random and repeat after {period} of them, and a part of few of them "
