@@ -167,9 +167,10 @@ def test_a_cad_file_without_its_plugin_names_the_plugin(tmp_path):
         part_readers(case.model_copy(update={"part": part}), bare)
 
 
-@pytest.mark.parametrize("command", ["run", "stated", "check"])
-def test_what_nothing_installed_reads_or_writes_is_told_with_its_line(tmp_path, cli, command):
-    text = GENERATED if command == "stated" else SIZED
+@pytest.mark.parametrize(
+    ("command", "text"), [(c, text) for c in ("run", "check") for text in (SIZED, GENERATED)]
+)
+def test_what_nothing_installed_reads_or_writes_is_told_with_its_line(tmp_path, cli, command, text):
     place = [] if command == "check" else ["-o", tmp_path / "out"]
     case = write(tmp_path, text.replace('"voxels"', '"stll"'))
     wrong = cli(command, case, *place)

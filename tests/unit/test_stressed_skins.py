@@ -153,7 +153,7 @@ def test_a_part_that_nothing_strains_has_no_stress_to_follow(tmp_path):
         prepare(load_case(folder), build_registry())
 
 
-def test_generate_has_no_stress(cli, tmp_path):
+def test_a_stated_density_has_no_stress(cli, tmp_path):
     text = (
         '[case]\nname = "g"\n[part]\nbox = ["20 mm", "20 mm", "20 mm"]\n[lattice]\n'
         f'cell = "gyroid-sheet"\nsize = "10 mm"\ndensity = 0.3\nskin = {ALL_ROUND}\n'
@@ -161,4 +161,5 @@ def test_generate_has_no_stress(cli, tmp_path):
     (tmp_path / "case.toml").write_text(text, encoding="utf-8")
     ended = cli("run", tmp_path, "-o", tmp_path / "out")
     assert ended.code == 2
-    assert "asks for the stress of an analysis; expected a formula" in " ".join(ended.err.split())
+    told = " ".join(ended.err.split())
+    assert "needs the stress of an analysis, and the run of a stated density has none" in told

@@ -81,6 +81,8 @@ def stated_part(case: Case, registry: Registry) -> Part:
     CaseError, PartError, ResourceError, PluginError
         Whatever is wrong, with file, line and key.
     """
+    # A name that is not installed is told before the part is read, which may take seconds.
+    lattice_files(case, registry)
     report_step("reading and repairing the part")
     mend = part_repairer(case, registry)
     with locating(case.where, "part.file"):
