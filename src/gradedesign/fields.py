@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
+from gradedesign.geometry.fields._graph_kernels import in_cell
 from gradedesign.geometry.fields.algebra import (
     blend_intersection,
     blend_union,
@@ -16,6 +17,7 @@ from gradedesign.geometry.fields.algebra import (
     shell,
     union,
 )
+from gradedesign.geometry.fields.compiled_values import compiled_values
 from gradedesign.geometry.fields.filleted_segments import periodic_filleted_segments
 from gradedesign.geometry.fields.graph import bond_graph, graph_segments
 from gradedesign.geometry.fields.graph_symmetry import segment_symmetry
@@ -37,10 +39,12 @@ __all__ = [
     "blend_intersection",
     "blend_union",
     "bond_graph",
+    "compiled_values",
     "complement",
     "difference",
     "gradient",
     "graph_segments",
+    "in_cell",
     "intersection",
     "level_set_points",
     "near_segments",

@@ -6,13 +6,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
-#: Points per unit of threaded work; fixed, so that results do not depend on the threads.
-CHUNK = 4096
+from gradedesign.fields import in_cell
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, nogil=True)
 def between(a, b):
     """Return erf(a) - erf(b) for a > b, without cancellation far from 0."""
     if b > 0.0:
@@ -22,7 +21,7 @@ def between(a, b):
     return math.erf(a) - math.erf(b)
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, nogil=True)
 def foot(x, y, z, k, start, axis, length):
     """Place along segment k, squared distance to its line and to itself."""
     dx = x - start[k, 0]
@@ -34,35 +33,28 @@ def foot(x, y, z, k, start, axis, length):
     return s, h2, h2 + beyond * beyond
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def line_integrals(points, bins, first, member, start, axis, length, sigma, cut_off, value):
-    """Sum over segments of period 1 at points (3, n), into value (n,); see `line_convolution`.
+@njit(cache=True, nogil=True)
+def line_integrals(
+    low, high, points, bins, first, member, start, axis, length, sigma, cut_off, value
+):
+    """Sum over segments of period 1 at a range of points, into value (n,); see `line_convolution`.
 
     A segment counts unless its squared distance exceeds that of the nearest one by more than
     ``(cut_off sigma)^2``.
     """
-    count = points.shape[1]
     scale = sigma * math.sqrt(0.5 * math.pi)
     inverse = 1.0 / (sigma * math.sqrt(2.0))
-    for chunk in prange((count + CHUNK - 1) // CHUNK):
-        for i in range(chunk * CHUNK, min((chunk + 1) * CHUNK, count)):
-            x = points[0, i] - math.floor(points[0, i])
-            y = points[1, i] - math.floor(points[1, i])
-            z = points[2, i] - math.floor(points[2, i])
-            # A tiny negative coordinate rounds to 1, which is the far side of the last bin.
-            a = min(int(x * bins), bins - 1)
-            b = min(int(y * bins), bins - 1)
-            c = min(int(z * bins), bins - 1)
-            place = (a * bins + b) * bins + c
-            limit = np.inf
-            for entry in range(first[place], first[place + 1]):
-                limit = min(limit, foot(x, y, z, member[entry], start, axis, length)[2])
-            limit += (cut_off * sigma) ** 2
-            total = 0.0
-            for entry in range(first[place], first[place + 1]):
-                k = member[entry]
-                s, h2, away = foot(x, y, z, k, start, axis, length)
-                if away <= limit:
-                    ends = between(s * inverse, (s - length[k]) * inverse)
-                    total += math.exp(-h2 * inverse * inverse) * ends
-            value[i] = scale * total
+    for i in range(low, high):
+        x, y, z, place = in_cell(points, i, bins)
+        limit = np.inf
+        for entry in range(first[place], first[place + 1]):
+            limit = min(limit, foot(x, y, z, member[entry], start, axis, length)[2])
+        limit += (cut_off * sigma) ** 2
+        total = 0.0
+        for entry in range(first[place], first[place + 1]):
+            k = member[entry]
+            s, h2, away = foot(x, y, z, k, start, axis, length)
+            if away <= limit:
+                ends = between(s * inverse, (s - length[k]) * inverse)
+                total += math.exp(-h2 * inverse * inverse) * ends
+        value[i] = scale * total

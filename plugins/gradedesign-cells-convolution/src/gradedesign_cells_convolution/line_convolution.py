@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign import CaseError
-from gradedesign.fields import Field, FloatArray, near_segments, periodic_distance_to_segments
+from gradedesign.fields import (
+    Field,
+    FloatArray,
+    compiled_values,
+    near_segments,
+    periodic_distance_to_segments,
+)
 from gradedesign_cells_convolution._convolution_kernels import line_integrals
 
 #: A strut is left out where its squared distance exceeds that of the nearest one by more than this
@@ -55,15 +61,10 @@ def line_convolution(segments: FloatArray, sigma: float) -> Field:
     near = near_segments(segments, float(np.hypot(CUT_OFF * sigma, _widest_gap(segments))))
 
     def evaluate(u: FloatArray) -> FloatArray:
-        points = np.asarray(u)
-        kind = points.dtype if points.dtype == np.float32 else np.dtype(np.float64)
-        flat = np.ascontiguousarray(points.reshape(3, -1), dtype=kind)
-        value: FloatArray = np.zeros(flat.shape[1], dtype=kind)
-        line_integrals(
-            flat, near.bins, near.first, near.member, near.start, near.axis, near.length,
-            float(sigma), CUT_OFF, value,
+        return compiled_values(
+            line_integrals, u, near.bins, near.first, near.member, near.start, near.axis,
+            near.length, float(sigma), CUT_OFF,
         )  # fmt: skip
-        return value.reshape(points.shape[1:])
 
     return evaluate
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gradedesign import CaseError
-from gradedesign.fields import FloatArray
+from gradedesign.fields import FloatArray, compiled_values
 from gradedesign_cells_frep._noise_kernels import fourier_series
 
 #: Largest number of waves in a cell along an axis.
@@ -54,12 +54,7 @@ def solid_noise(u: FloatArray, seed: float) -> FloatArray:
     """
     if not (seed == round(seed) and 0 <= seed <= 2**31):
         raise CaseError(f"seed is {seed:g}, expected a whole number, 0 to {2**31}")
-    points = np.asarray(u)
-    kind = points.dtype if points.dtype == np.float32 else np.dtype(np.float64)
-    flat = np.ascontiguousarray(points.reshape(3, -1), dtype=kind)
-    value: FloatArray = np.zeros((CHANNELS, flat.shape[1]), dtype=kind)
-    fourier_series(flat, REACH, *series(int(seed)), value)
-    return value.reshape(CHANNELS, *points.shape[1:])
+    return compiled_values(fourier_series, u, REACH, *series(int(seed)), channels=CHANNELS)
 
 
 @lru_cache(maxsize=64)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from gradedesign.fields import Field, FloatArray
+from gradedesign.fields import Field, FloatArray, compiled_values
 from gradedesign_cells_stochastic._wall_kernels import wall_distance
 from gradedesign_cells_stochastic.tessellation import Tessellation
 
@@ -44,12 +44,11 @@ def distance_to_walls(foam: Tessellation) -> Field:
 
     def evaluate(u: FloatArray) -> FloatArray:
         points = np.asarray(u) / period
-        kind = points.dtype if points.dtype == np.float32 else np.dtype(np.float64)
-        flat = np.ascontiguousarray(points.reshape(3, -1), dtype=kind)
-        value: FloatArray = np.zeros(flat.shape[1], dtype=kind)
-        wall_distance(flat, bins, first, member, place, owner, side, toward, reach, value)
+        value = compiled_values(
+            wall_distance, points, bins, first, member, place, owner, side, toward, reach
+        )
         value *= period
-        return value.reshape(points.shape[1:])
+        return value
 
     return evaluate
 

@@ -4,10 +4,7 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
-
-#: Points per unit of threaded work; fixed, so that results do not depend on the threads.
-CHUNK = 1024
+from numba import njit
 
 #: Deeper than any tree of 2^31 leaves.
 DEPTH = 64
@@ -55,38 +52,36 @@ def square_to_box(lower, upper, node, x, y, z):
     return dx * dx + dy * dy + dz * dz
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def nearest_distance(points, shifts, triangles, lower, upper, distance):
-    """Distance of points (3, n) to the nearest of the triangles (m, 9) shifted, into (n,).
+@njit(cache=True, nogil=True)
+def nearest_distance(low, high, points, shifts, triangles, lower, upper, distance):
+    """Distance of a range of points (3, n) to the nearest of the shifted triangles (m, 9).
 
     Node k of the tree has the children 2 k and 2 k + 1; leaf i holds triangle i.
     """
-    count = points.shape[1]
     leaves = len(lower) // 2
-    for chunk in prange((count + CHUNK - 1) // CHUNK):
-        stack = np.zeros(DEPTH, dtype=np.int64)
-        for i in range(chunk * CHUNK, min((chunk + 1) * CHUNK, count)):
-            best = np.inf
-            for s in range(len(shifts)):
-                x = points[0, i] + shifts[s, 0]
-                y = points[1, i] + shifts[s, 1]
-                z = points[2, i] + shifts[s, 2]
-                stack[0], depth = 1, 1
-                while depth > 0:
-                    depth -= 1
-                    node = stack[depth]
-                    if square_to_box(lower, upper, node, x, y, z) >= best:
-                        continue
-                    if node >= leaves:
-                        best = min(best, square_to_triangle(triangles[node - leaves], x, y, z))
-                        continue
-                    left = square_to_box(lower, upper, 2 * node, x, y, z)
-                    right = square_to_box(lower, upper, 2 * node + 1, x, y, z)
-                    near = 0 if left <= right else 1
-                    stack[depth] = 2 * node + 1 - near
-                    stack[depth + 1] = 2 * node + near
-                    depth += 2
-            distance[i] = np.sqrt(best)
+    stack = np.zeros(DEPTH, dtype=np.int64)
+    for i in range(low, high):
+        best = np.inf
+        for s in range(len(shifts)):
+            x = points[0, i] + shifts[s, 0]
+            y = points[1, i] + shifts[s, 1]
+            z = points[2, i] + shifts[s, 2]
+            stack[0], depth = 1, 1
+            while depth > 0:
+                depth -= 1
+                node = stack[depth]
+                if square_to_box(lower, upper, node, x, y, z) >= best:
+                    continue
+                if node >= leaves:
+                    best = min(best, square_to_triangle(triangles[node - leaves], x, y, z))
+                    continue
+                left = square_to_box(lower, upper, 2 * node, x, y, z)
+                right = square_to_box(lower, upper, 2 * node + 1, x, y, z)
+                near = 0 if left <= right else 1
+                stack[depth] = 2 * node + 1 - near
+                stack[depth + 1] = 2 * node + near
+                depth += 2
+        distance[i] = np.sqrt(best)
 
 
 @njit(cache=True)

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.fields import FloatArray
+from gradedesign.fields import FloatArray, compiled_values
 from gradedesign_cells_voxel._mesh_kernels import nearest_distance
 
 #: Bits of each coordinate in the order of the leaves.
@@ -28,16 +28,13 @@ def periodic_triangle_distance(corners: FloatArray, points: FloatArray) -> Float
     (...) array, cell units
         Never negative.
     """
-    flat = np.ascontiguousarray(np.mod(points, 1.0).reshape(3, -1))
     triangles = corners[np.argsort(_morton(corners.mean(axis=1)), kind="stable")]
     lower, upper = _boxes(triangles)
     # The cell itself first: what is found there rules out most of the copies.
     shifts = np.array(sorted(product((-1.0, 0.0, 1.0), repeat=3), key=np.linalg.norm))
-    distance = np.zeros(flat.shape[1])
-    nearest_distance(
-        flat, shifts, np.ascontiguousarray(triangles.reshape(-1, 9)), lower, upper, distance
-    )
-    return distance.reshape(points.shape[1:])
+    rows = np.ascontiguousarray(triangles.reshape(-1, 9))
+    inside = np.mod(np.asarray(points, dtype=np.float64), 1.0)
+    return compiled_values(nearest_distance, inside, shifts, rows, lower, upper)
 
 
 def _morton(places: FloatArray) -> NDArray[np.int64]:

@@ -8,8 +8,6 @@ import math
 import numpy as np
 from numba import njit
 
-#: Points that are worth a thread: 0.1 ms of work. Chosen, not measured.
-POINTS = 4096
 #: Newton's steps at most, more than any case needs, and the error of a radius over the distance at
 #: which they end, above rounding. Chosen, not measured.
 NEWTON_STEPS, TOLERANCE = 50, 1e-13

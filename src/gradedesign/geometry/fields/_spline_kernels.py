@@ -7,9 +7,6 @@ import math
 
 from numba import njit
 
-#: Points that are worth a thread: 0.1 ms of work. Chosen, not measured.
-POINTS = 4096
-
 
 @njit(cache=True, nogil=True)
 def split(coordinate, steps, start):

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gradedesign.arrays import Field, FloatArray
-from gradedesign.common.system.threads import in_ranges
 from gradedesign.errors import PluginError
-from gradedesign.geometry.fields._graph_kernels import POINTS, filleted_distance
+from gradedesign.geometry.fields._graph_kernels import filleted_distance
+from gradedesign.geometry.fields.compiled_values import compiled_values
 from gradedesign.geometry.fields.near_segments import nearest_candidates
 
 #: Largest radius of a fillet over that of its struts: a larger one fills whole windows. Chosen, not
@@ -65,15 +65,9 @@ def periodic_filleted_segments(segments: ArrayLike, fillet: float) -> Field:
     most = int(np.diff(near.first).max())
 
     def evaluate(u: FloatArray) -> FloatArray:
-        points = np.asarray(u)
-        kind = points.dtype if points.dtype == np.float32 else np.dtype(np.float64)
-        flat = np.ascontiguousarray(points.reshape(3, -1), dtype=kind)
-        value: FloatArray = np.zeros(flat.shape[1], dtype=kind)
-        in_ranges(
-            filleted_distance, range(0, value.size, POINTS), flat, near.bins, near.first,
-            near.member, near.start, near.axis, near.length,
-            float(fillet), most, value,
+        return compiled_values(
+            filleted_distance, u, near.bins, near.first, near.member, near.start, near.axis,
+            near.length, float(fillet), most,
         )  # fmt: skip
-        return value.reshape(points.shape[1:])
 
     return evaluate

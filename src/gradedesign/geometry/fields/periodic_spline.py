@@ -8,9 +8,9 @@ import numpy as np
 from scipy.ndimage import spline_filter
 
 from gradedesign.arrays import Field, FloatArray
-from gradedesign.common.system.threads import in_ranges
 from gradedesign.errors import PluginError
-from gradedesign.geometry.fields._spline_kernels import POINTS, linear_values, spline_values
+from gradedesign.geometry.fields._spline_kernels import linear_values, spline_values
+from gradedesign.geometry.fields.compiled_values import compiled_values
 
 Interpolation = Literal["cubic", "linear"]
 
@@ -70,11 +70,6 @@ def periodic_spline(
     kernel = spline_values if cubic else linear_values
 
     def evaluate(u: FloatArray) -> FloatArray:
-        points = np.asarray(u)
-        kind = points.dtype if points.dtype == np.float32 else np.dtype(np.float64)
-        flat = np.ascontiguousarray(points.reshape(3, -1), dtype=kind)
-        value: FloatArray = np.zeros(flat.shape[1], dtype=kind)
-        in_ranges(kernel, range(0, value.size, POINTS), flat, table, start, value)
-        return value.reshape(points.shape[1:])
+        return compiled_values(kernel, u, table, start)
 
     return evaluate

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gradedesign.arrays import Field, FloatArray
-from gradedesign.common.system.threads import in_ranges
 from gradedesign.errors import PluginError
-from gradedesign.geometry.fields._graph_kernels import POINTS, least_gauge
+from gradedesign.geometry.fields._graph_kernels import least_gauge
+from gradedesign.geometry.fields.compiled_values import compiled_values
 from gradedesign.geometry.fields.graph import graph_segments
 from gradedesign.geometry.fields.near_segments import BINS, NearSegments, nearest_candidates
 
@@ -77,19 +77,14 @@ def periodic_distance_to_segments(
         return nearest_candidates(ends, relative, sides, bins=bins)
 
     def evaluate(u: FloatArray) -> FloatArray:
-        points = np.asarray(u) / period if period > 1 else np.asarray(u)
-        kind = points.dtype if points.dtype == np.float32 else np.dtype(np.float64)
-        flat = np.ascontiguousarray(points.reshape(3, -1), dtype=kind)
-        value: FloatArray = np.zeros(flat.shape[1], dtype=kind)
         near = listed()
-        own_thickness, own_sides = relative[near.owner], sides[near.owner]
-        in_ranges(
-            least_gauge, range(0, value.size, POINTS), flat, near.bins, near.first,
-            near.member, near.start, near.axis, near.length,
-            own_thickness, own_sides, value,
+        points = np.asarray(u) / period if period > 1 else u
+        value = compiled_values(
+            least_gauge, points, near.bins, near.first, near.member, near.start, near.axis,
+            near.length, relative[near.owner], sides[near.owner],
         )  # fmt: skip
         value *= period
-        return value.reshape(points.shape[1:])
+        return value
 
     return evaluate
 
