@@ -83,8 +83,8 @@ def net_pieces(folder):
     from gradedesign.design.case.read_case import load_case
     from gradedesign.design.resolve.lattice_files import printed_lattice
     from gradedesign.design.resolve.stated_lattice import stated_lattice, stated_part
-    from gradedesign.geometry.lattice.dense_lattice import DenseLattice, dense_lattice
     from gradedesign.program.host.registry import build_registry
+    from gradedesign_layers.dense_lattice import dense_lattice
     from gradedesign_layers.layers import _slice_at
 
     registry, case = build_registry(), load_case(folder)
@@ -92,17 +92,15 @@ def net_pieces(folder):
     part, design = stated.part, stated.design
     (net,) = design.domain.nets
 
-    def dense(reach):
-        whole = dense_lattice(design, reach)
-
-        def field(points):
-            return np.maximum(whole(points), -whole.part(points) - net.thickness)
-
-        return DenseLattice(field=field, part=whole.part)
+    def field(points):
+        whole = dense_lattice(design, 3.0 * case.print.pixel_size)
+        return np.maximum(whole(points), -whole.part(points) - net.thickness)
 
     lattice = printed_lattice(case, part.surface, part.surface, design, None)
     layers = _slice_at(
-        replace(lattice, dense_field=dense), case.print.layer_height, case.print.pixel_size
+        replace(lattice, design=None, field=field),
+        case.print.layer_height,
+        case.print.pixel_size,
     )
     return layers.dropped + 1, 1.0 - layers.dropped_share
 

@@ -29,7 +29,10 @@ if TYPE_CHECKING:
     from gradedesign.geometry.formats.exporter import Exporter, PlannedPrint
     from gradedesign.geometry.formats.printed_lattice import PrintedLattice, SampledPrint
     from gradedesign.geometry.lattice.beams import BeamLattice
-    from gradedesign.geometry.lattice.dense_lattice import DenseLattice, PixelField, PixelPlane
+    from gradedesign.geometry.lattice.lattice import LatticeDesign, cell_gradient, lattice_field
+    from gradedesign.geometry.lattice.net_skin import depths_of
+    from gradedesign.geometry.lattice.solid_layers import solid_layers
+    from gradedesign.geometry.maps.cell_map import CellMap
     from gradedesign.geometry.part.exact_surface import ExactSurface
     from gradedesign.geometry.part.file_body import FileBody
     from gradedesign.geometry.part.file_faces import FileFaces
@@ -38,8 +41,10 @@ if TYPE_CHECKING:
     from gradedesign.geometry.part.raw_triangles import UNIT_MM, RawTriangles, raw_triangles
     from gradedesign.geometry.part.reader import PartReader
     from gradedesign.geometry.part.repairer import Repairer, serve_repairer
+    from gradedesign.geometry.part.signed_distance import SurfaceDistance
     from gradedesign.geometry.part.voxel_volume import BYTES_PER_VOXEL, VoxelVolume
     from gradedesign.geometry.tets.mesher import Mesher, serve_mesher
+    from gradedesign.geometry.triangles._closest_kernels import nearest_on_triangle
     from gradedesign.geometry.triangles.distance_grid import (
         DistanceBricks,
         distance_bricks,
@@ -101,8 +106,8 @@ __all__ = [
     "CaseError",
     "CellFamily",
     "CellMaker",
+    "CellMap",
     "Command",
-    "DenseLattice",
     "DensityError",
     "Discretisation",
     "DistanceBricks",
@@ -119,6 +124,7 @@ __all__ = [
     "GradeDesignError",
     "HomogenisedState",
     "IsotropicStiffness",
+    "LatticeDesign",
     "LatticeError",
     "LawOrigin",
     "Limit",
@@ -136,8 +142,6 @@ __all__ = [
     "Output",
     "PartError",
     "PartReader",
-    "PixelField",
-    "PixelPlane",
     "PlacedModel",
     "PlannedPrint",
     "PlannedSolid",
@@ -159,20 +163,25 @@ __all__ = [
     "StatedLimit",
     "StressSample",
     "StrutAxes",
+    "SurfaceDistance",
     "SurfaceFields",
     "SurfaceMesh",
     "VolumeFields",
     "VoxelVolume",
     "as_multiple",
+    "cell_gradient",
     "checked_values",
     "cubic_law",
     "cubic_table_law",
+    "depths_of",
     "distance_bricks",
     "distance_grid",
     "hookimpl",
     "in_number",
     "in_threads",
+    "lattice_field",
     "load_case",
+    "nearest_on_triangle",
     "power_law",
     "raw_triangles",
     "read_images",
@@ -185,6 +194,7 @@ __all__ = [
     "serve_repairer",
     "shipped_laws",
     "slices_with",
+    "solid_layers",
     "stated_words",
     "tabulated_law",
 ]
@@ -196,7 +206,9 @@ _HOMES = {
     "mechanics.limits.limits_schema": "Allowed LimitEntry SolidMultiple as_multiple in_number "
     "stated_words",
     "geometry.lattice.beams": "BeamLattice",
-    "geometry.lattice.dense_lattice": "DenseLattice PixelField PixelPlane",
+    "geometry.lattice.lattice": "LatticeDesign cell_gradient lattice_field",
+    "geometry.lattice.net_skin": "depths_of",
+    "geometry.lattice.solid_layers": "solid_layers",
     "geometry.contour.sample": "checked_values",
     "mechanics.limits.analysis": "Analysis",
     "mechanics.limits.key": "LimitKey",
@@ -204,6 +216,7 @@ _HOMES = {
     "mechanics.limits.row": "LimitRow",
     "mechanics.limits.state": "HomogenisedState Predicted Response",
     "geometry.part.part_path": "IMAGES slices_with",
+    "geometry.maps.cell_map": "CellMap",
     "geometry.cell.family": "CellFamily",
     "geometry.cell.maker": "CellMaker",
     "geometry.cell.strut_axes": "StrutAxes",
@@ -219,6 +232,7 @@ _HOMES = {
     "mechanics.material.scaling_law": "LawOrigin ScalingLaw",
     "mechanics.material.shipped_tables": "shipped_laws",
     "mechanics.material.tabulated_law": "tabulated_law",
+    "geometry.triangles._closest_kernels": "nearest_on_triangle",
     "geometry.triangles.distance_grid": "DistanceBricks distance_bricks distance_grid",
     "geometry.tets.mesher": "Mesher serve_mesher",
     "geometry.triangles.surface_mesh": "SurfaceMesh",
@@ -233,6 +247,7 @@ _HOMES = {
     "common.system.npy_file": "read_npy read_npy_stream",
     "geometry.part.raw_triangles": "RawTriangles UNIT_MM raw_triangles",
     "geometry.part.reader": "PartReader",
+    "geometry.part.signed_distance": "SurfaceDistance",
     "geometry.part.voxel_volume": "BYTES_PER_VOXEL VoxelVolume",
     "geometry.part.repairer": "Repairer serve_repairer",
     "pipeline": "run",

@@ -22,7 +22,11 @@ from gradedesign.geometry.fields.filleted_segments import periodic_filleted_segm
 from gradedesign.geometry.fields.graph import bond_graph, graph_segments
 from gradedesign.geometry.fields.graph_symmetry import segment_symmetry
 from gradedesign.geometry.fields.level_set import level_set_points, periodic_distance_to_level_set
-from gradedesign.geometry.fields.near_segments import NearSegments, near_segments
+from gradedesign.geometry.fields.near_segments import (
+    NearSegments,
+    near_segments,
+    nearest_candidates,
+)
 from gradedesign.geometry.fields.periodic_spline import Interpolation, periodic_spline
 from gradedesign.geometry.fields.segment_distance import (
     periodic_distance_to_graph,
@@ -48,6 +52,7 @@ __all__ = [
     "intersection",
     "level_set_points",
     "near_segments",
+    "nearest_candidates",
     "offset",
     "periodic_distance_to_graph",
     "periodic_distance_to_level_set",

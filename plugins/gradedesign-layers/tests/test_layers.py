@@ -195,9 +195,7 @@ def ball(centre, radius):
 
 def lattice_of(field, surface, **stated):
     settings = {"layer_height": 0.05, "pixel_size": 0.05} | stated
-    return PrintedLattice(
-        surface=surface, name="balls", field=field, dense_field=lambda _: field, **settings
-    )
+    return PrintedLattice(surface=surface, name="balls", field=field, **settings)
 
 
 def test_what_hangs_in_the_air_is_left_out_and_columns_that_join_above_are_not(tmp_path):

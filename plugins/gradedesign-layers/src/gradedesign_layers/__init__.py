@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from gradedesign import Exporter, PrintedLattice, hookimpl
+from gradedesign import Exporter, LatticeDesign, PrintedLattice, hookimpl
+from gradedesign.fields import Field
 from gradedesign_layers.cli_layers import export_cli, export_cli_binary
+from gradedesign_layers.dense_lattice import dense_lattice
 from gradedesign_layers.layer_stack import Layers
 from gradedesign_layers.layers import slice_lattice, why_no_layers
 from gradedesign_layers.png_stack import export_png_stack
@@ -21,6 +23,12 @@ def _sample(lattice: PrintedLattice, formats: Sequence[str]) -> Layers:
     return slice_lattice(lattice, contoured=set(formats) <= set(_CONTOURED))
 
 
+def _fields(design: LatticeDesign, reach: float) -> tuple[Field, Field]:
+    """Fields of the lattice and of the part alone."""
+    dense = dense_lattice(design, reach)
+    return dense, dense.part
+
+
 @hookimpl
 def gradedesign_exporters() -> Iterator[Exporter]:
     """Register the formats of layers."""
@@ -31,5 +39,6 @@ def gradedesign_exporters() -> Iterator[Exporter]:
             write=write,
             needs_surface=False,
             sample=_sample,
+            fields=_fields,
             refuses=why_no_layers,
         )

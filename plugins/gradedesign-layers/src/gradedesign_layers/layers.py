@@ -13,10 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from gradedesign import (
-    DenseLattice,
     LatticeError,
-    PixelField,
-    PixelPlane,
     PlannedPrint,
     PrintedLattice,
     checked_values,
@@ -26,6 +23,7 @@ from gradedesign import (
 from gradedesign.fields import BoolArray, Field, FloatArray
 from gradedesign_layers import _run_kernels as kernels
 from gradedesign_layers._tile_kernels import place_tiles, tile_points
+from gradedesign_layers.dense_lattice import DenseLattice, PixelField, PixelPlane, dense_lattice
 from gradedesign_layers.layer_contours import contour_volume
 from gradedesign_layers.layer_stack import Layer, Layers
 
@@ -58,7 +56,7 @@ def require_printer(lattice: PrintedLattice) -> tuple[float, float]:
     """
     if words := why_no_layers(lattice):
         raise LatticeError(words)
-    if lattice.layer_height is None or lattice.dense_field is None:
+    if lattice.layer_height is None or lattice.field is None:
         raise LatticeError("the lattice comes without a field to sample")
     return lattice.layer_height, lattice.pixel_size or lattice.layer_height
 
@@ -124,9 +122,11 @@ def _slice_at(lattice: PrintedLattice, height: float, pixel: float) -> Layers:
 
 def dense_field(lattice: PrintedLattice, pixel: float) -> Field:
     """The field of a lattice for sampling in steps of a pixel."""
-    if lattice.dense_field is None:
+    if lattice.design is not None:
+        return dense_lattice(lattice.design, 3.0 * pixel)
+    if lattice.field is None:
         raise LatticeError("the lattice comes without a field")
-    return lattice.dense_field(3.0 * pixel)
+    return lattice.field
 
 
 def _by_pixels(layers: Layers, field: PixelField, count: int) -> Iterator[Layer]:

@@ -171,10 +171,10 @@ def _in_layers(stated: StatedLattice) -> StatedPrint:
     nothing = SurfaceMesh(vertices=np.zeros((0, 3)), faces=np.zeros((0, 3), dtype=np.int64))
     lattice = printed_lattice(stated.case, part.surface, nothing, design, material)
     pixel = lattice.pixel_size or lattice.layer_height
-    if lattice.dense_field is None or pixel is None:
+    exporter = next(file.exporter for file in stated.formats if file.exporter.sample is not None)
+    if exporter.fields is None or pixel is None:
         raise TypeError("layers alone are made of a field and a stated height")
-    fields = lattice.dense_field(3.0 * pixel)
-    field = field_points(design, (fields, fields.part))
+    field = field_points(design, exporter.fields(design, 3.0 * pixel))
     bounds = np.stack([design.domain.lower, design.domain.upper])
     lattice = replace(lattice, measured=MeasuredField(bounds=bounds, volume=field.volume))
     layers = _sampled(lattice, stated.formats)

@@ -25,7 +25,6 @@ from gradedesign.geometry.formats.exporter import Exporter, PlannedPrint
 from gradedesign.geometry.formats.printed_lattice import PrintedLattice
 from gradedesign.geometry.formats.write_stl import write_stl
 from gradedesign.geometry.lattice.beams import beam_lattice
-from gradedesign.geometry.lattice.dense_lattice import dense_lattice
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.geometry.maps.cell_map import CellMap
@@ -164,7 +163,7 @@ def printed_lattice(
         material=None if material is None else material.name,
         mass_g=mass,
         field=field,
-        dense_field=cache(lambda reach: dense_lattice(design, reach)),
+        design=design,
         bodies=design.domain.bodies,
         layer_height=None if case.print is None else case.print.layer_height,
         pixel_size=None if case.print is None else case.print.pixel_size,

@@ -6,9 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from gradedesign.arrays import Field
 from gradedesign.geometry.cell.strut_axes import StrutAxes
 from gradedesign.geometry.formats.printed_lattice import PrintedLattice, SampledPrint
 from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.lattice import LatticeDesign
 from gradedesign.geometry.maps.cell_map import CellMap
 
 
@@ -57,6 +59,9 @@ class Exporter:
         ``sample(lattice, formats) -> SampledPrint`` samples the field once for the formats, by
         name, that are written. Where no format needs a surface and one samples, `generate` makes
         none, measures the samples, and hands them to ``write`` as ``lattice.sampled``.
+    fields : callable or None
+        Comes with ``sample``: ``fields(design, reach)`` gives the fields of a `LatticeDesign` and
+        of the part alone, mm, exact within the reach in mm and right in sign everywhere.
     refuses : callable
         ``refuses(PlannedPrint) -> str``: why the format cannot hold a lattice, in a sentence; empty
         where it can. Asked before anything is made; ``write`` is to refuse by the same function.
@@ -67,4 +72,5 @@ class Exporter:
     write: Callable[[Path, PrintedLattice], None]
     needs_surface: bool = True
     sample: Callable[[PrintedLattice, Sequence[str]], SampledPrint] | None = None
+    fields: Callable[[LatticeDesign, float], tuple[Field, Field]] | None = None
     refuses: Callable[[PlannedPrint], str] = writes_every_print

@@ -11,7 +11,7 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.design.printing.print_schema import FRAMES
 from gradedesign.geometry.lattice.beams import BeamLattice
-from gradedesign.geometry.lattice.dense_lattice import DenseLattice
+from gradedesign.geometry.lattice.lattice import LatticeDesign
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
 
 
@@ -83,9 +83,8 @@ class PrintedLattice:
         Points ``(3, ...)`` mm to values ``(...)``, about mm, negative inside the lattice; built
         when it is first called. Disconnected components, which the surface leaves out, are still in
         it.
-    dense_field : callable or None
-        Reach in mm to the same field, exact within that reach of its surface and right in sign
-        everywhere: for samples a third of the reach apart.
+    design : LatticeDesign or None
+        Cells, density and part of which the field is made.
     bodies : int
         Connected components of the part: as many of the lattice are printed.
     layer_height, pixel_size : float or None, mm
@@ -113,7 +112,7 @@ class PrintedLattice:
     material: str | None = None
     mass_g: float | None = None
     field: Field | None = None
-    dense_field: Callable[[float], DenseLattice] | None = None
+    design: LatticeDesign | None = None
     bodies: int = 1
     layer_height: float | None = None
     pixel_size: float | None = None

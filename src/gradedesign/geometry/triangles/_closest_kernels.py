@@ -157,7 +157,7 @@ def nearest_shares(bb, bc, cc, d1, d2):
 
 
 @njit(cache=True)
-def _nearest_on_triangle(tri, flat, slot, x, y, z):
+def nearest_on_triangle(tri, flat, slot, x, y, z):
     """Nearest point a + v ab + w ac of a triangle (Ericson 2005, section 5.1.5).
 
     Returns the squared distance, the shares v and w and the feature: 0 face; 1, 2, 3 edges ab,
@@ -186,7 +186,7 @@ def _search(tri, flat, box, right, first, count, x, y, z, slot, most, stack, far
 
     Returns its slot and squared distance; the guess and ``most`` where none is within ``most``.
     """
-    best, _, _, _ = _nearest_on_triangle(tri, flat, slot, x, y, z)
+    best, _, _, _ = nearest_on_triangle(tri, flat, slot, x, y, z)
     best = min(best, most)
     # Triangles that share the nearest corner differ by rounding: all are evaluated, so that
     # the distance does not depend on the guess.
@@ -211,7 +211,7 @@ def _search(tri, flat, box, right, first, count, x, y, z, slot, most, stack, far
         if right[node] >= 0:
             continue
         for s in range(first[node], first[node] + count[node]):
-            d, _, _, _ = _nearest_on_triangle(tri, flat, s, x, y, z)
+            d, _, _, _ = nearest_on_triangle(tri, flat, s, x, y, z)
             if d < best:
                 best, slot = d, s
                 tied = best * _TIED
@@ -233,7 +233,7 @@ def find_closest(
             slot, _ = _search(
                 tri, flat, box, right, first, count, x, y, z, slot, np.inf, stack, far
             )
-            d, v, w, code = _nearest_on_triangle(tri, flat, slot, x, y, z)
+            d, v, w, code = nearest_on_triangle(tri, flat, slot, x, y, z)
             distance[i] = np.sqrt(d)
             triangle[i] = order[slot]
             feature[i] = code

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from gradedesign.geometry.triangles._closest_kernels import DEPTH, _nearest_on_triangle
+from gradedesign.geometry.triangles._closest_kernels import DEPTH, nearest_on_triangle
 from gradedesign.geometry.triangles._fast_winding_kernels import winding
 
 #: Nodes along the edge of a brick, and in it.
@@ -50,7 +50,7 @@ def _visit(tri, flat, s, shape, reach, first, pairs):
             round2 += half * half
             if edge > longest:
                 longest, axis = edge, a
-        far, _, _, _ = _nearest_on_triangle(tri, flat, s, x, y, z)
+        far, _, _, _ = nearest_on_triangle(tri, flat, s, x, y, z)
         if far > (reach + np.sqrt(round2)) ** 2:
             continue
         if longest == 0:
@@ -135,7 +135,7 @@ def fill_bands(tri, flat, brick, shape, start, member, reach, values, near):
                         at = (i * SIDE + j) * SIDE + k
                         if off * off > best[at]:
                             continue
-                        d, _, _, _ = _nearest_on_triangle(tri, flat, s, x, y, z)
+                        d, _, _, _ = nearest_on_triangle(tri, flat, s, x, y, z)
                         if d < best[at]:
                             best[at] = d
                             own[at] = s
@@ -286,7 +286,7 @@ def place_seeds(tri, flat, brick, shape, values, near, most, first, points, seed
                 continue
             x, y, z = _place(ox, oy, oz, at)
             s = near[n, at]
-            d, v, w, _ = _nearest_on_triangle(tri, flat, s, x, y, z)
+            d, v, w, _ = nearest_on_triangle(tri, flat, s, x, y, z)
             for a in range(3):
                 points[p, a] = tri[s, a] + v * tri[s, 3 + a] + w * tri[s, 6 + a]
             i, j, k = int(x) // 2, int(y) // 2, int(z) // 2

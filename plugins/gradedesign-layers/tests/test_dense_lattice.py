@@ -10,7 +10,6 @@ from plain_cells import plain_cells
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cells import single
 from gradedesign.geometry.formats.printed_lattice import MeasuredField, PrintedLattice
-from gradedesign.geometry.lattice.dense_lattice import dense_lattice, strut_lattice
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.geometry.lattice.net_skin import NetSkin
@@ -19,6 +18,7 @@ from gradedesign.geometry.maps.cell_map import turned_axes, uniform_map
 from gradedesign.geometry.part.signed_distance import surface_distance
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.program.host.registry import build_registry
+from gradedesign_layers.dense_lattice import dense_lattice, strut_lattice
 from gradedesign_layers.layers import _slice_at
 
 
@@ -82,11 +82,11 @@ def test_layers_are_those_of_the_field_point_by_point(cell, stated):
     fast = PrintedLattice(
         surface=nothing,
         name="knot",
-        dense_field=lambda reach: dense_lattice(design, reach),
+        design=design,
         bodies=10_000,
         measured=MeasuredField(bounds=bounds, volume=1.0),
     )
-    slow = replace(fast, dense_field=lambda _: lattice_field(design))
+    slow = replace(fast, design=None, field=lattice_field(design))
     layers, meant = (_slice_at(lattice, 0.5, 0.12) for lattice in (fast, slow))
     assert strut_lattice(design, 0.12) is not None
     assert len(layers.layers) == len(meant.layers) > 5

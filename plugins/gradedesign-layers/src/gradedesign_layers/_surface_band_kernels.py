@@ -10,8 +10,8 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from gradedesign.arrays import BoolArray, FloatArray, IntArray
-from gradedesign.geometry.triangles._closest_kernels import _nearest_on_triangle
+from gradedesign import nearest_on_triangle
+from gradedesign.fields import BoolArray, FloatArray, IntArray
 
 #: Triangles are kept that are farther than others by rounding only, mm per mm.
 ROUNDING = 1e-9
@@ -91,7 +91,7 @@ def nearest_listed(tri, flat, ball, normals, member, low, high, x, y, z):
         t = member[m]
         if beyond_ball(ball, t, x, y, z, near):
             continue
-        d, share_v, share_w, code = _nearest_on_triangle(tri, flat, t, x, y, z)
+        d, share_v, share_w, code = nearest_on_triangle(tri, flat, t, x, y, z)
         if d < best:
             best, at, v, w, feature = d, t, share_v, share_w, code
             near = math.sqrt(best)

@@ -14,8 +14,8 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from gradedesign.arrays import FloatArray
-from gradedesign.geometry.part._surface_band_kernels import cube_of, nearest_listed
+from gradedesign.fields import FloatArray
+from gradedesign_layers._surface_band_kernels import cube_of, nearest_listed
 
 #: Points per unit of threaded work.
 CHUNK = 1024

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from gradedesign.arrays import BoolArray, Field, FloatArray
-from gradedesign.geometry.cell.strut_axes import StrutAxes
-from gradedesign.geometry.fields.near_segments import nearest_candidates
-from gradedesign.geometry.lattice._strut_kernels import StrutArrays, fill_values
-from gradedesign.geometry.lattice._strut_pixel_kernels import fill_chosen, fill_solid
-from gradedesign.geometry.lattice.density_grid import DensityGrid
-from gradedesign.geometry.lattice.lattice import LatticeDesign, cell_gradient, lattice_field
-from gradedesign.geometry.lattice.net_skin import depths_of
-from gradedesign.geometry.lattice.solid_layers import solid_layers
-from gradedesign.geometry.maps.cell_map import CellMap
-from gradedesign.geometry.part.signed_distance import SurfaceDistance
-from gradedesign.geometry.part.surface_band import surface_band
+from gradedesign import (
+    CellMap,
+    LatticeDesign,
+    StrutAxes,
+    SurfaceDistance,
+    cell_gradient,
+    depths_of,
+    lattice_field,
+    solid_layers,
+)
+from gradedesign.fields import BoolArray, Field, FloatArray, nearest_candidates
+from gradedesign_layers._strut_kernels import StrutArrays, fill_values
+from gradedesign_layers._strut_pixel_kernels import fill_chosen, fill_solid
+from gradedesign_layers.surface_band import surface_band
 
 #: Bins along a cell in which the nearest struts are listed. Chosen, not measured.
 _BINS = 32
@@ -87,6 +90,7 @@ class DenseLattice:
         return self.field(points)
 
 
+@lru_cache(maxsize=1)  # what measures the field and what samples it use the same one
 def dense_lattice(design: LatticeDesign, reach: float) -> DenseLattice:
     """The field of a lattice for samples a third of a reach apart.
 
@@ -120,7 +124,7 @@ def strut_lattice(design: LatticeDesign, apart: float) -> DenseLattice | None:
     domain, cell_map, axes = design.domain, design.cell_map, design.cells.axes
     if (
         axes is None
-        or isinstance(design.density, DensityGrid)
+        or not isinstance(design.density, float | int)
         or not isinstance(cell_map, CellMap)
         or cell_map.inverse is None
         or not isinstance(domain.distance, SurfaceDistance)

@@ -8,77 +8,13 @@ import math
 import numpy as np
 from numba import njit, prange
 
-from gradedesign.geometry.part._surface_band_kernels import ROUNDING, beyond_ball
-from gradedesign.geometry.triangles._closest_kernels import (
-    DEPTH,
-    _box_distance2,
-    _nearest_on_triangle,
-    _search,
-)
+from gradedesign import nearest_on_triangle
+from gradedesign_layers._surface_band_kernels import ROUNDING, beyond_ball
 
 #: Half diagonal of a cube of edge 1.
 _HALF = 0.5 * math.sqrt(3.0)
-#: Cubes per unit of threaded work.
-CHUNK = 256
-
-
-@njit(cache=True)
-def _walk(tri, flat, tree, x, y, z, within, out, start, stack):
-    """Triangles within a distance of a point; fills them in where ``out`` has room."""
-    box, right, first, count = tree
-    hits, depth, most = 0, 1, within * within
-    stack[0] = 0
-    while depth > 0:
-        depth -= 1
-        node = stack[depth]
-        if _box_distance2(box, node, x, y, z) > most:
-            continue
-        if right[node] >= 0:
-            stack[depth], stack[depth + 1] = right[node], node + 1
-            depth += 2
-            continue
-        for s in range(first[node], first[node] + count[node]):
-            if _nearest_on_triangle(tri, flat, s, x, y, z)[0] <= most:
-                if len(out):
-                    out[start + hits] = s
-                hits += 1
-    return hits
-
-
-@njit(cache=True, parallel=True, nogil=True)
-def list_roots(tri, flat, tree, centres, half, band, start, out):
-    """List the triangles that may be nearest in large cubes, where the band may meet them.
-
-    Parameters
-    ----------
-    tree : tuple of box, right, first, count
-        Of a triangle tree.
-    centres : (3, n) array, mm
-    half : float, mm
-        Half diagonal of the cubes.
-    band : float, mm
-        Farther cubes get one triangle, the nearest to their centre.
-    start : (n + 1,) int array
-        Where the lists begin; lengths are filled in while ``out`` is empty.
-    out : (k,) int32 array
-    """
-    box, right, first, count = tree
-    for n in prange(centres.shape[1]):
-        stack = np.zeros(DEPTH, dtype=np.int64)
-        far = np.zeros(DEPTH)
-        x, y, z = centres[0, n], centres[1, n], centres[2, n]
-        s, best = _search(tri, flat, box, right, first, count, x, y, z, 0, np.inf, stack, far)
-        best = math.sqrt(best)
-        if best - half > band:
-            if len(out):
-                out[start[n]] = s
-            else:
-                start[n] = 1
-            continue
-        within = best + 2.0 * half + ROUNDING
-        hits = _walk(tri, flat, tree, x, y, z, within, out, start[n], stack)
-        if not len(out):
-            start[n] = hits
+#: Cubes per unit of threaded work; few, since the first have long lists. Chosen, not measured.
+_CHUNK = 16
 
 
 @njit(cache=True)
@@ -125,12 +61,12 @@ def settle(
     first, member = lists
     inner, outer = reach
     half = _HALF * edge
-    for chunk in prange((len(cubes) + CHUNK - 1) // CHUNK):
+    for chunk in prange((len(cubes) + _CHUNK - 1) // _CHUNK):
         longest = 0
-        for n in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(cubes))):
+        for n in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(cubes))):
             longest = max(longest, first[parent[n] + 1] - first[parent[n]])
         candidates = np.zeros((longest, 4))
-        for n in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(cubes))):
+        for n in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(cubes))):
             low, high = first[parent[n]], first[parent[n] + 1]
             x = origin[0] + edge * (cubes[n, 0] + 0.5)
             y = origin[1] + edge * (cubes[n, 1] + 0.5)
@@ -141,7 +77,7 @@ def settle(
                 if beyond_ball(ball, s, x, y, z, best + 2.0 * half + ROUNDING):
                     candidates[m - low, 0] = np.inf
                     continue
-                d, v, w, code = _nearest_on_triangle(tri, flat, s, x, y, z)
+                d, v, w, code = nearest_on_triangle(tri, flat, s, x, y, z)
                 d = math.sqrt(d)
                 own = candidates[m - low]
                 own[0] = d

@@ -8,21 +8,16 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.arrays import FloatArray, IntArray
-from gradedesign.errors import PartError
-from gradedesign.geometry.part import _band_list_kernels as kernels
-from gradedesign.geometry.part._surface_band_kernels import BandArrays, banded_distances
-from gradedesign.geometry.part.signed_distance import SurfaceDistance
-from gradedesign.geometry.triangles.closest import TriangleTree
+from gradedesign import LatticeError, SurfaceDistance
+from gradedesign.fields import BoolArray, FloatArray, IntArray
+from gradedesign_layers import _band_list_kernels as kernels
+from gradedesign_layers._surface_band_kernels import BandArrays, banded_distances
 
-#: Cubes of the first level hold this many of the last along each axis, as a power of two. Chosen,
-#: not measured.
-LEVELS = 4
 #: Cubes whose lists are made at once, with room for all triangles of their parents. Chosen, not
 #: measured.
 _AT_ONCE = 1 << 18
 #: Most cubes of the last level: about 100 MB are taken.
-MOST_CUBES = 12_000_000
+_MOST_CUBES = 12_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -66,27 +61,30 @@ def surface_band(
 
     Raises
     ------
-    PartError
+    LatticeError
         If edge or band are not positive.
     """
     if not (edge > 0 and inner > 0 and outer > 0):
-        raise PartError(
+        raise LatticeError(
             f"band of {inner:g} mm and {outer:g} mm in cubes of {edge:g} mm is impossible; "
             f"expected all above 0 mm"
         )
     tree = surface.tree
     lower, upper = tree.box[0, :3] - 1.01 * outer, tree.box[0, 3:] + 1.01 * outer
-    edge = max(edge, float((np.prod(upper - lower) / MOST_CUBES) ** (1 / 3)))
-    wide = 1 << LEVELS
-    shape = np.ceil((upper - lower) / (edge * wide)).astype(np.int64)
-    origin = 0.5 * (lower + upper) - 0.5 * edge * wide * shape
-    cubes = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1).reshape(-1, 3)
-    normals, ball = np.ascontiguousarray(surface.normals[tree.order]), _balls(tree)
-    lists = _root_lists(surface, origin[:, None] + edge * wide * (cubes.T + 0.5), edge * wide,
-                        max(inner, outer))  # fmt: skip
-    parent = np.arange(len(cubes))
+    edge = max(edge, float((np.prod(upper - lower) / _MOST_CUBES) ** (1 / 3)))
+    size = np.ceil((upper - lower) / edge).astype(np.int64)
+    origin = 0.5 * (lower + upper) - 0.5 * edge * size
+    normals, ball = (
+        np.ascontiguousarray(surface.normals[tree.order]),
+        _balls(tree.triangles, tree.flat),
+    )
+    # One cube around all of them at first; it may be nearest to any triangle.
+    wide = 1 << int(size.max() - 1).bit_length()
+    cubes, parent = np.zeros((1, 3), dtype=np.int64), np.zeros(1, dtype=np.int64)
+    every = len(tree.triangles)
+    lists = (np.array([0, every]), np.arange(every, dtype=np.int32))
     # Cubes of one height lie together, as samples of one layer do.
-    last, first, middle = np.roll(shape * wide, 1)
+    last, first, middle = np.roll(size, 1)
     grid = np.zeros((last, first, middle), dtype=np.float32).transpose(1, 2, 0)
     slot = np.full((last, first, middle), -1, dtype=np.int32).transpose(1, 2, 0)
     none = np.zeros((0, 0, 0), dtype=np.int32)
@@ -101,8 +99,9 @@ def surface_band(
         if wide == 1:
             break
         wide //= 2
-        cubes = _halved(cubes[unsettled])
-        parent = np.repeat(np.arange(len(unsettled)), 8)
+        halves, parent = _halved(cubes[unsettled]), np.repeat(np.arange(len(unsettled)), 8)
+        within = (halves * wide < size).all(axis=1)
+        cubes, parent = halves[within], parent[within]
     arrays = BandArrays(tree.triangles, tree.flat, ball, normals, origin, edge, slot, grid, *lists)
     return SurfaceBand(arrays=arrays, outer=1.01 * outer)
 
@@ -127,31 +126,14 @@ def _settled(
     return bound, count, np.concatenate(members)
 
 
-def _root_lists(
-    surface: SurfaceDistance, centres: FloatArray, edge: float, band: float
-) -> tuple[IntArray, NDArray[np.int32]]:
-    """Where the list of each largest cube begins, and the triangles of all lists."""
-    tree = surface.tree
-    boxes = (tree.box, tree.right, tree.first, tree.count)
-    start = np.zeros(centres.shape[1] + 1, dtype=np.int64)
-    half = 0.5 * 3.0**0.5 * edge
-    arguments = (tree.triangles, tree.flat, boxes, np.ascontiguousarray(centres), half, band, start)
-    kernels.list_roots(*arguments, np.zeros(0, dtype=np.int32))
-    start[1:] = np.cumsum(start[:-1])
-    start[0] = 0
-    member = np.zeros(int(start[-1]), dtype=np.int32)
-    kernels.list_roots(*arguments, member)
-    return start, member
-
-
-def _balls(tree: TriangleTree) -> FloatArray:
+def _balls(triangles: FloatArray, flat: BoolArray) -> FloatArray:
     """Balls around triangles and their planes as `BandArrays` holds them, ``(m, 8)``, mm."""
-    a, b, c = tree.triangles[:, :3], tree.triangles[:, 3:6], tree.triangles[:, 6:]
+    a, b, c = triangles[:, :3], triangles[:, 3:6], triangles[:, 6:]
     centre = (b + c) / 3.0
     radius = np.max([np.linalg.norm(p - centre, axis=1) for p in (0.0 * b, b, c)], axis=0)
     normal = np.cross(b, c)
-    normal[tree.flat] = 0.0
-    normal /= np.where(tree.flat, 1.0, np.linalg.norm(normal, axis=1))[:, None]
+    normal[flat] = 0.0
+    normal /= np.where(flat, 1.0, np.linalg.norm(normal, axis=1))[:, None]
     along = np.einsum("ij,ij->i", a, normal)
     return np.column_stack([a + centre, radius * (1.0 + 1e-9), normal, along])
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from gradedesign.errors import PartError
+from gradedesign.errors import LatticeError
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.signed_distance import surface_distance
-from gradedesign.geometry.part.surface_band import surface_band
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign_layers.surface_band import surface_band
 
 
 def ring():
@@ -39,5 +39,5 @@ def test_band_is_exact_inside_and_a_bound_beyond(surface, inner, outer, edge):
 
 def test_band_without_width_is_refused():
     exact = surface_distance(box_surface((1.0, 1.0, 1.0)))
-    with pytest.raises(PartError, match="expected all above 0 mm"):
+    with pytest.raises(LatticeError, match="expected all above 0 mm"):
         surface_band(exact, 0.1, inner=0.0, outer=0.1)

@@ -8,7 +8,7 @@ import math
 import numpy as np
 from numba import njit
 
-from gradedesign.geometry.lattice._strut_kernels import (
+from gradedesign_layers._strut_kernels import (
     REACH,
     TIED,
     cell_value,
@@ -17,7 +17,7 @@ from gradedesign.geometry.lattice._strut_kernels import (
     refined,
     trimmed_value,
 )
-from gradedesign.geometry.part._surface_band_kernels import cube_of, nearest_listed
+from gradedesign_layers._surface_band_kernels import cube_of, nearest_listed
 
 #: Pixels along the edge of the largest tiles, as a power of two.
 LEVELS = 4
@@ -124,7 +124,7 @@ def fill_solid(cells, band, thickness, exact, depths, frame, lower, pixel, solid
     Parameters
     ----------
     cells, band, thickness, exact, depths
-        As `gradedesign.geometry.lattice._strut_kernels.fill_values` takes them.
+        As `gradedesign_layers._strut_kernels.fill_values` takes them.
     frame : (3, 3) array
         Rows are the axes of the plane and across it.
     lower : (3,) array, mm
