@@ -50,7 +50,7 @@ HEAVY = {
     "platformdirs": ("common/system",),
     "jinja2": ("program/outputs",),
     "meshio": ("geometry/formats",),
-    "trimesh": ("geometry/formats", "program/pictures/without_octant.py"),
+    "trimesh": ("program/pictures/without_octant.py",),
     "manifold3d": ("geometry/triangles", "geometry/part"),
     "pymeshlab": (),
 }

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from gradedesign.geometry.contour.sample import checked_values
     from gradedesign.geometry.formats.exporter import Exporter, PlannedPrint
     from gradedesign.geometry.formats.printed_lattice import PrintedLattice, SampledPrint
+    from gradedesign.geometry.formats.read_back import require_read_back
+    from gradedesign.geometry.formats.write_stl import float32_vertices
     from gradedesign.geometry.lattice.beams import BeamLattice
     from gradedesign.geometry.lattice.lattice import LatticeDesign, cell_gradient, lattice_field
     from gradedesign.geometry.lattice.net_skin import depths_of
@@ -176,6 +178,7 @@ __all__ = [
     "depths_of",
     "distance_bricks",
     "distance_grid",
+    "float32_vertices",
     "hookimpl",
     "in_number",
     "in_threads",
@@ -189,6 +192,7 @@ __all__ = [
     "read_npy_stream",
     "read_property_table",
     "report_step",
+    "require_read_back",
     "run",
     "serve_mesher",
     "serve_repairer",
@@ -239,6 +243,8 @@ _HOMES = {
     "program.outputs.analysed_model": "AnalysedModel ModelStep",
     "geometry.formats.exporter": "Exporter PlannedPrint",
     "program.outputs.output": "FieldSet FinishedRun Output",
+    "geometry.formats.read_back": "require_read_back",
+    "geometry.formats.write_stl": "float32_vertices",
     "geometry.formats.printed_lattice": "PrintedLattice SampledPrint",
     "geometry.part.exact_surface": "ExactSurface",
     "geometry.part.file_body": "FileBody",

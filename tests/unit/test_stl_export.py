@@ -7,6 +7,7 @@ import trimesh
 from gradedesign.errors import CaseError, LatticeError, ResourceError
 from gradedesign.geometry.contour.surface import extract_surface, require_closed
 from gradedesign.geometry.formats import write_stl as stl
+from gradedesign.geometry.formats.read_back import require_read_back
 from gradedesign.geometry.formats.write_stl import float32_vertices, surface_of_stl, write_stl
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
 
@@ -87,7 +88,7 @@ def test_damage_is_found_on_reading_back(tmp_path, ball, damage):
         data[84 + 12 : 84 + 16] = np.float32(300.0).tobytes()
     path.write_bytes(data)
     with pytest.raises(ResourceError, match="reads back as"):
-        stl._read_back(path, len(ball.faces), enclosed_volume(ball), ball.vertices.mean(axis=0))
+        require_read_back(path, stl._pieces(path, len(ball.faces)), ball)
 
 
 def test_the_surface_of_a_written_file_is_the_surface(tmp_path, ball):

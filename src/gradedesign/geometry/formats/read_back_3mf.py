@@ -13,10 +13,9 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import ResourceError
-from gradedesign.geometry.formats.write_stl import VOLUME_TOLERANCE
+from gradedesign.geometry.formats.read_back import require_read_back
 from gradedesign.geometry.lattice.beams import BeamLattice
-from gradedesign.geometry.triangles.edge_balance import edge_balance
-from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 #: Where the model lies in the package.
 MODEL = "3D/3dmodel.model"
@@ -98,21 +97,7 @@ def _object(tables: Mapping[str, array[float]]) -> ObjectRead:
 
 def require_same_surface(path: Path, stored: ObjectRead, expected: SurfaceMesh) -> None:
     """Compare count, closedness and volume of triangles with those of the surface."""
-    volume = enclosed_volume(expected)
-    surface = SurfaceMesh(vertices=stored.vertices, faces=stored.faces)
-    enclosed = enclosed_volume(surface)
-    closed = edge_balance(surface.vertices[surface.faces]) == 0
-    if (
-        len(stored.faces) != len(expected.faces)
-        or not closed
-        or not abs(enclosed - volume) <= VOLUME_TOLERANCE * abs(volume)
-    ):
-        raise ResourceError(
-            f"{path} reads back as {len(stored.faces)} triangles that "
-            f"{'' if closed else 'do not '}close, {enclosed:g} mm^3; expected "
-            f"{len(expected.faces)} that close, {volume:g} mm^3 within 0.1 %; check the disk and "
-            f"write it again"
-        )
+    require_read_back(path, [stored.vertices[stored.faces]], expected)
 
 
 def require_same_beams(path: Path, stored: ObjectRead, expected: BeamLattice) -> None:

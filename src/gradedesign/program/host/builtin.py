@@ -7,13 +7,10 @@ from collections.abc import Iterable
 from gradedesign.geometry.cell.formula_cell import FORMULA_MAKER
 from gradedesign.geometry.cell.maker import CellMaker
 from gradedesign.geometry.formats.exporter import Exporter
-from gradedesign.geometry.formats.ply import export_ply
 from gradedesign.geometry.formats.read_3mf import read_3mf
 from gradedesign.geometry.formats.read_stl import read_stl
-from gradedesign.geometry.formats.read_trimesh import read_glb, read_obj, read_off, read_ply
 from gradedesign.geometry.formats.write_3mf import export_3mf, export_3mf_beams
 from gradedesign.geometry.formats.write_stl import export_stl
-from gradedesign.geometry.formats.write_trimesh import export_glb, export_obj, export_off
 from gradedesign.geometry.lattice.beams import why_no_beams
 from gradedesign.geometry.part.reader import PartReader
 from gradedesign.geometry.tets.mesher import PYTETWILD, Mesher
@@ -50,13 +47,9 @@ def gradedesign_materials() -> Iterable[Material]:
 
 @hookimpl
 def gradedesign_readers() -> Iterable[PartReader]:
-    """Register the readers of STL, OBJ, PLY, OFF, 3MF and GLB."""
+    """Register the readers of STL and 3MF."""
     yield PartReader(name="stl", suffixes=(".stl",), read=read_stl)
-    yield PartReader(name="obj", suffixes=(".obj",), read=read_obj)
-    yield PartReader(name="ply", suffixes=(".ply",), read=read_ply)
-    yield PartReader(name="off", suffixes=(".off",), read=read_off)
     yield PartReader(name="3mf", suffixes=(".3mf",), read=read_3mf)
-    yield PartReader(name="glb", suffixes=(".glb",), read=read_glb)
 
 
 @hookimpl
@@ -67,7 +60,7 @@ def gradedesign_meshers() -> Iterable[Mesher]:
 
 @hookimpl
 def gradedesign_exporters() -> Iterable[Exporter]:
-    """Register the exporters of STL, 3MF, OBJ, PLY, OFF and GLB."""
+    """Register the exporters of STL and 3MF."""
     yield Exporter(name="stl", suffix=".stl", write=export_stl)
     yield Exporter(name="3mf", suffix=".3mf", write=export_3mf)
     yield Exporter(
@@ -76,10 +69,6 @@ def gradedesign_exporters() -> Iterable[Exporter]:
         write=export_3mf_beams,
         refuses=lambda p: why_no_beams(p.axes, p.cell_map, p.domain),
     )
-    yield Exporter(name="obj", suffix=".obj", write=export_obj)
-    yield Exporter(name="ply", suffix=".ply", write=export_ply)
-    yield Exporter(name="off", suffix=".off", write=export_off)
-    yield Exporter(name="glb", suffix=".glb", write=export_glb)
 
 
 @hookimpl

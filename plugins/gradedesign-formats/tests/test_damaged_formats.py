@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gradedesign.errors import PartError
-from gradedesign.geometry.formats.read_trimesh import read_glb, read_obj, read_off, read_ply
 from gradedesign.geometry.part.raw_triangles import in_mm
 from gradedesign.geometry.part.repair import build_surface
 from gradedesign.geometry.triangles.surface_mesh import enclosed_volume
+from gradedesign_formats.read_trimesh import read_glb, read_obj, read_off, read_ply
 
 READ = {"obj": read_obj, "ply": read_ply, "off": read_off, "glb": read_glb}
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NoReturn
 
-from gradedesign.errors import PartError
+from gradedesign import PartError
 
 #: Statements that are read; all others, such as normals and texture coordinates, are passed over.
 _NAMING = {"o": 0, "g": 1, "usemtl": 2}

@@ -7,15 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from gradedesign.errors import ResourceError
-from gradedesign.geometry.formats.printed_lattice import PrintedLattice
-from gradedesign.geometry.formats.read_trimesh import read_glb, read_obj, read_off, y_up
-from gradedesign.geometry.formats.write_stl import VOLUME_TOLERANCE, float32_vertices
-from gradedesign.geometry.part.raw_triangles import UNIT_MM, RawTriangles
-from gradedesign.geometry.triangles.edge_balance import edge_balance
-from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign import (
+    UNIT_MM,
+    PrintedLattice,
+    RawTriangles,
+    SurfaceMesh,
+    float32_vertices,
+    require_read_back,
+)
+from gradedesign_formats.read_trimesh import read_glb, read_obj, read_off, y_up
 
 #: Decimals of coordinates in text, mm: below the steps of float32 above 0.01 mm.
 _DIGITS = 9
@@ -98,18 +98,4 @@ def _require_same(
 ) -> None:
     """Compare count, closedness and volume of the file with those of the lattice."""
     raw = read(path)
-    corners = raw.corners * UNIT_MM[raw.unit or "mm"]
-    volume = enclosed_volume(lattice.surface)
-    a, b, c = np.moveaxis(corners - corners.mean(axis=(0, 1)), 1, 0)
-    enclosed = float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
-    closed = edge_balance(raw.corners) == 0
-    if (
-        len(corners) != len(lattice.surface.faces)
-        or not closed
-        or not abs(enclosed - volume) <= VOLUME_TOLERANCE * abs(volume)
-    ):
-        raise ResourceError(
-            f"{path} reads back as {len(corners)} triangles that {'' if closed else 'do not '}"
-            f"close, {enclosed:g} mm^3; expected {len(lattice.surface.faces)} that close, "
-            f"{volume:g} mm^3 within 0.1 %; check the disk and write it again"
-        )
+    require_read_back(path, [raw.corners * UNIT_MM[raw.unit or "mm"]], lattice.surface)

@@ -6,7 +6,7 @@ import json
 import struct
 from typing import Any, NoReturn
 
-from gradedesign.errors import PartError
+from gradedesign import PartError
 
 _MAGIC, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"
 #: Bytes of a number, and numbers in an item, by the codes of glTF 2.0 (3.6.2.2).

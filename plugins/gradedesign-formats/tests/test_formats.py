@@ -8,11 +8,11 @@ import pytest
 import trimesh
 
 from gradedesign.errors import PartError
-from gradedesign.geometry.formats.ply import export_ply
 from gradedesign.geometry.formats.printed_lattice import PrintedLattice
-from gradedesign.geometry.formats.read_trimesh import read_glb, read_obj, read_off, read_ply
-from gradedesign.geometry.formats.write_trimesh import export_glb, export_obj, export_off
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign_formats.read_trimesh import read_glb, read_obj, read_off, read_ply
+from gradedesign_formats.write_ply import export_ply
+from gradedesign_formats.write_trimesh import export_glb, export_obj, export_off
 
 READ = {"obj": read_obj, "ply": read_ply, "off": read_off, "glb": read_glb}
 WRITE = {"obj": export_obj, "ply": export_ply, "off": export_off, "glb": export_glb}
@@ -208,7 +208,7 @@ def test_a_wrong_glb_is_refused_by_name(tmp_path, change, words):
 
 
 def test_an_assembly_that_grows_too_large_is_refused_before_it_is_made(tmp_path, monkeypatch):
-    monkeypatch.setattr("gradedesign.geometry.formats._glb_plain._MOST_TRIANGLES", 23)
+    monkeypatch.setattr("gradedesign_formats.glb_plain._MOST_TRIANGLES", 23)
     with pytest.raises(PartError, match=r"have 24 triangles where they are placed, at most 23"):
         read_glb(store(tmp_path, "glb", scene(bolt=np.eye(4), lug=MIRRORED)))
 
@@ -273,3 +273,33 @@ def test_damaged_files_are_refused_by_name(tmp_path, kind, data, words):
 def test_a_missing_file_is_named(tmp_path, kind):
     with pytest.raises(PartError, match="cannot be read"):
         READ[kind](tmp_path / f"absent.{kind}")
+
+
+BLOCK = """
+[case]
+name = "block"
+[part]
+file = "block.ply"
+units = "mm"
+[lattice]
+cell = "gyroid-sheet"
+size = "5 mm"
+density = 0.3
+[output]
+formats = ["stl", "obj", "ply", "off", "glb"]
+"""
+
+
+def test_a_block_is_read_from_ply_and_its_lattice_written_in_every_format(tmp_path, cli):
+    painted = trimesh.creation.box(bounds=[[0, 0, 0], [10, 5, 5]])
+    painted.visual.face_colors = [[255, 0, 0, 255]] * 12
+    (tmp_path / "block.ply").write_bytes(painted.export(file_type="ply"))
+    (tmp_path / "case.toml").write_text(BLOCK, encoding="utf-8")
+    ended = cli("run", tmp_path, "-o", tmp_path / "out")
+    assert ended.code == 0, ended.err
+    result = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
+    for name in ("stl", *WRITE):
+        mesh = trimesh.load_mesh(tmp_path / "out" / f"lattice.{name}")
+        scale = 1e9 if name == "glb" else 1.0  # metres
+        assert mesh.volume * scale == pytest.approx(result["measures"]["volume_mm3"], rel=1e-4)
+        assert mesh.is_watertight or name == "glb"

@@ -17,12 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, IntArray
-from gradedesign.errors import PartError
-from gradedesign.geometry.formats._glb_plain import plain_glb
-from gradedesign.geometry.formats._obj_plain import plain_obj
-from gradedesign.geometry.part.file_faces import FileFaces
-from gradedesign.geometry.part.raw_triangles import RawTriangles, raw_triangles
+from gradedesign import FileFaces, PartError, RawTriangles, raw_triangles
+from gradedesign.fields import FloatArray, IntArray
+from gradedesign_formats.glb_plain import plain_glb
+from gradedesign_formats.obj_plain import plain_obj
 
 #: glTF 2.0, 3.4: all linear distances are in metres, and +Y is up.
 _GLB_UNIT = "m"
