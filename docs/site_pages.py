@@ -19,7 +19,7 @@ from gradedesign.common.values.units import DIMENSIONS
 from gradedesign.design.case.schema import CaseFile, schema_json
 from gradedesign.program.commands.app import app
 from gradedesign.program.host import hookspecs
-from gradedesign.program.host.read_case import entries_of
+from gradedesign.program.host.read_case import brought_by
 
 ROOT = Path(__file__).parents[1]
 
@@ -53,7 +53,7 @@ def within_site(text: str) -> str:
 
 def case_keys() -> Iterator[str]:
     """Every table of a case file with its keys, from the schema that reads it."""
-    schema = schema_json(CaseFile, entries_of(None))
+    schema = schema_json(CaseFile, brought_by(None))
     yield "# Case keys\n\nWritten from the schema that reads case files; unknown keys are errors."
     yield "Tables inside tables may be written in one line as well: `[lattice.drain]` with"
     yield '`diameter = "3 mm"` below it is `drain = {diameter = "3 mm"}` in `[lattice]`.'

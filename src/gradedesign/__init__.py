@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from gradedesign.common.system.npy_file import read_npy, read_npy_stream
     from gradedesign.common.system.progress import report_step
     from gradedesign.common.system.threads import in_threads
+    from gradedesign.common.values.table import Table
+    from gradedesign.common.values.value_types import Flag, Number, Quantity, Vector
     from gradedesign.errors import (
         CaseError,
         DensityError,
@@ -41,10 +43,9 @@ if TYPE_CHECKING:
     from gradedesign.geometry.part.image_stack import read_images
     from gradedesign.geometry.part.part_path import IMAGES, slices_with
     from gradedesign.geometry.part.raw_triangles import UNIT_MM, RawTriangles, raw_triangles
-    from gradedesign.geometry.part.reader import PartReader
+    from gradedesign.geometry.part.reader import FileRequest, PartReader
     from gradedesign.geometry.part.repairer import Repairer, serve_repairer
     from gradedesign.geometry.part.signed_distance import SurfaceDistance
-    from gradedesign.geometry.part.voxel_volume import BYTES_PER_VOXEL, VoxelVolume
     from gradedesign.geometry.tets.mesher import Mesher, serve_mesher
     from gradedesign.geometry.triangles._closest_kernels import nearest_on_triangle
     from gradedesign.geometry.triangles.distance_grid import (
@@ -96,7 +97,6 @@ if TYPE_CHECKING:
     from gradedesign.program.outputs.output import FieldSet, FinishedRun, Output
 
 __all__ = [
-    "BYTES_PER_VOXEL",
     "IMAGES",
     "UNIT_MM",
     "Allowed",
@@ -122,7 +122,9 @@ __all__ = [
     "FieldSet",
     "FileBody",
     "FileFaces",
+    "FileRequest",
     "FinishedRun",
+    "Flag",
     "GradeDesignError",
     "HomogenisedState",
     "IsotropicStiffness",
@@ -141,6 +143,7 @@ __all__ = [
     "MeshError",
     "Mesher",
     "ModelStep",
+    "Number",
     "Output",
     "PartError",
     "PartReader",
@@ -152,6 +155,7 @@ __all__ = [
     "PrintedLattice",
     "PrintedSolid",
     "PropertyTable",
+    "Quantity",
     "RawTriangles",
     "Repairer",
     "Resolution",
@@ -168,8 +172,9 @@ __all__ = [
     "SurfaceDistance",
     "SurfaceFields",
     "SurfaceMesh",
+    "Table",
+    "Vector",
     "VolumeFields",
-    "VoxelVolume",
     "as_multiple",
     "cell_gradient",
     "checked_values",
@@ -252,9 +257,10 @@ _HOMES = {
     "geometry.part.image_stack": "read_images",
     "common.system.npy_file": "read_npy read_npy_stream",
     "geometry.part.raw_triangles": "RawTriangles UNIT_MM raw_triangles",
-    "geometry.part.reader": "PartReader",
+    "geometry.part.reader": "FileRequest PartReader",
     "geometry.part.signed_distance": "SurfaceDistance",
-    "geometry.part.voxel_volume": "BYTES_PER_VOXEL VoxelVolume",
+    "common.values.table": "Table",
+    "common.values.value_types": "Flag Number Quantity Vector",
     "geometry.part.repairer": "Repairer serve_repairer",
     "pipeline": "run",
     "program.host.command": "Command",

@@ -3,7 +3,7 @@
 import pytest
 
 from gradedesign import CaseError, PluginError
-from gradedesign.design.resolve.plugins_by_name import DISABLE_VARIABLE
+from gradedesign.common.values.plugins_by_name import DISABLE_VARIABLE
 from gradedesign.design.resolve.registry import lookup
 from gradedesign.program.host.registry import build_registry
 

@@ -1,14 +1,16 @@
 """What nothing installed supplies is named with the plugin of this project that has it."""
 
+import sys
 from importlib import metadata
 from pathlib import Path
 
 import pytest
 
 from gradedesign import CaseError
-from gradedesign.design.resolve import plugins_by_name
+from gradedesign.common.values import plugins_by_name
 from gradedesign.design.resolve.registry import lookup
 from gradedesign.program.host.command import COMMAND_GROUP, load_command
+from gradedesign.program.host.markers import GROUP
 from gradedesign.program.host.registry import build_registry
 
 ROOT = Path(__file__).parents[2]
@@ -31,13 +33,19 @@ def registered(kind):
     if kind == "commands":
         return installed_commands()
     registry = build_registry()
-    sources = registry.sources["readers" if kind == "suffixes" else kind]
+    of_readers = kind in ("suffixes", "keys")
+    sources = registry.sources["readers" if of_readers else kind]
     found = {}
     for name, source in sources.items():
         plugin = source.split()[0]
         if plugin in OURS:
-            names = registry.readers[name].suffixes if kind == "suffixes" else (name,)
-            found.setdefault(plugin, []).extend(names)
+            names = (name,)
+            if of_readers:
+                reader = registry.readers[name]
+                names = reader.suffixes if kind == "suffixes" else [f"part.{reader.key}"]
+                names = names if kind == "suffixes" or reader.key else ()
+            if names:
+                found.setdefault(plugin, set()).update(names)
     return {plugin: sorted(names) for plugin, names in found.items()}
 
 
@@ -60,6 +68,39 @@ def test_other_kinds_come_with_the_core():
         for source in sources.values()
     }
     assert others & OURS == set()
+
+
+INSTALLED = sorted(OURS & {point.dist.name for point in metadata.entry_points(group=GROUP)})
+
+
+@pytest.mark.parametrize("gone", INSTALLED)
+def test_without_any_one_plugin_all_others_work_and_what_is_missing_is_named(monkeypatch, gone):
+    """As ``pip uninstall`` leaves it: neither its entry points nor its modules are there."""
+    before, points_of, version_of = build_registry(), metadata.entry_points, metadata.version
+    package = gone.replace("-", "_")
+    for name in [n for n in sys.modules if n.split(".")[0] == package]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, package, None)  # importing it raises ModuleNotFoundError
+
+    def version(name):
+        if name == gone:
+            raise metadata.PackageNotFoundError(name)
+        return version_of(name)
+
+    def points(**chosen):
+        return [point for point in points_of(**chosen) if point.dist.name != gone]
+
+    monkeypatch.setattr(metadata, "version", version)
+    monkeypatch.setattr(metadata, "entry_points", points)
+    registry = build_registry(strict=True)
+    assert registry.failures == ()
+    for kind, sources in before.sources.items():
+        others = {name for name, source in sources.items() if source.split()[0] != gone}
+        assert set(registry.sources[kind]) == others, kind
+    for kind, of in TABLE.items():
+        for name in of.get(gone, ()):
+            assert plugins_by_name.supplied_by(kind, name) == f"install the plugin {gone}"
+    installed_commands()
 
 
 @pytest.fixture
@@ -95,6 +136,10 @@ BOX = 'box = ["10 mm", "5 mm", "5 mm"]'
          "gradedesign-cells-strut"),
         ('file = "block.stp"', 'found "block.stp", which no installed reader takes; install the '
          "plugin gradedesign-step; or export it as STL or 3MF"),
+        ('file = "block.obj"', 'found "block.obj", which no installed reader takes; install the '
+         "plugin gradedesign-formats; or export it as STL or 3MF"),
+        ('file = "scan.nrrd"\n[part.voxels]\nthreshold = 3',
+         "case.toml:5: part.voxels: unknown key; install the plugin gradedesign-volumes"),
         ('file = "scan.nrrd"', 'found "scan.nrrd", which no installed reader takes; install the '
          "plugin gradedesign-volumes"),
         ('file = "block.stl"\nunits = "mm"\nrepair = "pymeshlab"',
@@ -105,11 +150,11 @@ BOX = 'box = ["10 mm", "5 mm", "5 mm"]'
         (BOX + '\n[output]\nformats = ["inp"]',
          "output.formats: no format named 'inp'; install the plugin gradedesign-calculix"),
     ],
-    ids=["cell", "reader", "scan", "repairer", "exporter", "output"],
+    ids=["cell", "reader", "mesh", "key", "scan", "repairer", "exporter", "output"],
 )  # fmt: skip
 def test_a_case_that_needs_a_plugin_is_told_which(tmp_path, cli, monkeypatch, part, words):
     monkeypatch.setenv("GRADEDESIGN_DISABLE_PLUGINS", "1")
-    for name in ("block.stp", "block.stl", "scan.nrrd"):
+    for name in ("block.stp", "block.stl", "block.obj", "scan.nrrd"):
         (tmp_path / name).write_text("", encoding="utf-8")
     (tmp_path / "case.toml").write_text(CASE.format(part=part), encoding="utf-8")
     ended = cli("run", tmp_path, "-o", tmp_path / "out")

@@ -13,12 +13,11 @@ from pydantic import TypeAdapter
 import gradedesign
 from gradedesign import load_case
 from gradedesign.common.values.table import Table
-from gradedesign.design.case.schema import CaseFile, schema_json
-from gradedesign.mechanics.limits.limits_schema import with_limit_entries
+from gradedesign.design.case.schema import CaseFile, schema_json, with_brought
 from gradedesign.program.commands.app import app
 from gradedesign.program.commands.validate import read_expected
 from gradedesign.program.host import hookspecs
-from gradedesign.program.host.read_case import entries_of
+from gradedesign.program.host.read_case import brought_by
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -71,10 +70,10 @@ def own_value(field, text):
 
 def test_every_key_of_a_case_has_type_unit_range_default_and_example(pages):
     text = "\n".join(pages.case_keys())
-    entries = entries_of(None)
-    schema = schema_json(CaseFile, entries)
+    brought = brought_by(None)
+    schema = schema_json(CaseFile, brought)
     blocks = dict(pages.case_blocks(schema))
-    fields = dict(keys_of(with_limit_entries(CaseFile, entries)))
+    fields = dict(keys_of(with_brought(CaseFile, brought)))
     assert {name for name in blocks if name[0] != "["} == set(fields)
     assert {"region.NAME.plane.normal", "limits.compliance.work", "load_case.fix.region"} < {
         *fields
@@ -96,7 +95,7 @@ def test_every_key_of_a_case_has_type_unit_range_default_and_example(pages):
 
 
 def test_units_and_ranges_are_those_that_a_case_states(pages):
-    blocks = dict(pages.case_blocks(schema_json(CaseFile, entries_of(None))))
+    blocks = dict(pages.case_blocks(schema_json(CaseFile, brought_by(None))))
     for name, row in {
         "lattice.size": "| length or list of 2 to 3 lengths | mm | at least 1 um and at most "
         '100000 mm | required | `size = "8 mm"` |',
@@ -156,7 +155,7 @@ def test_the_tutorial_is_the_case_that_it_shows():
 
 @pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda p: p.stem)
 def test_every_case_fragment_is_toml_with_keys_that_exist(page, pages, tmp_path):
-    schema = schema_json(CaseFile, entries_of(None))
+    schema = schema_json(CaseFile, brought_by(None))
     for text in re.findall(r"^```toml\n(.*?)^```$", page.read_text("utf-8"), re.M | re.S):
         if page.stem == "limits":
             text = text if text.startswith("[") else f"[limits]\n{text}"

@@ -12,14 +12,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from gradedesign.design.case.read_case import load_case
 from gradedesign.design.resolve.part_readers import part_readers
-from gradedesign.design.resolve.voxel_part import voxel_triangles
 from gradedesign.errors import CaseError, GradeDesignError, PartError, ResourceError
 from gradedesign.geometry.part.part import read_part
-from gradedesign.geometry.part.part_schema import PartSpec
-from gradedesign.geometry.part.voxel_volume import VoxelVolume
-from gradedesign.geometry.part.voxels_schema import VoxelsSpec
+from gradedesign.geometry.part.reader import FileRequest
+from gradedesign.program.host.read_case import load_case
 from gradedesign.program.host.registry import build_registry
 from gradedesign_volumes.voxel_files import (
     read_image_volume,
@@ -27,6 +24,9 @@ from gradedesign_volumes.voxel_files import (
     read_npz_volume,
     read_nrrd_volume,
 )
+from gradedesign_volumes.voxel_part import voxel_triangles
+from gradedesign_volumes.voxel_volume import VoxelVolume
+from gradedesign_volumes.voxels_schema import VoxelsSpec
 
 GB = 10**9
 RADIUS = 4.0
@@ -60,6 +60,10 @@ def nrrd(values, *fields, encoding="raw", kind="uint8", dimension=3):
     ]
     body = gzip.compress(data) if encoding == "gzip" else data
     return "\n".join([*head, "", ""]).encode() + body
+
+
+def asked(units=None, **stated):
+    return FileRequest(table=VoxelsSpec(**stated), units=units, memory_limit_bytes=GB)
 
 
 def part_of(folder, name, part):
@@ -110,10 +114,8 @@ def test_steps_go_with_a_larger_tolerance():
     volume = VoxelVolume(values=ball(), spacing=(0.5, 0.5, 0.5), unit="mm")
     spread = []
     for tolerance in ("0.05 mm", "0.15 mm", "0.3 mm"):
-        spec = PartSpec.model_construct(
-            voxels=VoxelsSpec(threshold=100, tolerance=tolerance), units=None
-        )
-        corners = voxel_triangles(volume, spec, GB, "ball").corners
+        request = asked(threshold=100, tolerance=tolerance)
+        corners = voxel_triangles(volume, request, "ball").corners
         spread.append(np.linalg.norm(corners.reshape(-1, 3) - 5.0, axis=1).std())
     assert spread[0] >= spread[1] > 1.5 * spread[2]
 
@@ -121,8 +123,7 @@ def test_steps_go_with_a_larger_tolerance():
 def test_unequal_edges_keep_the_volume_and_the_shape():
     step = (0.25, 0.25, 1.0)
     volume = VoxelVolume(values=ball(step), spacing=step, unit="mm")
-    spec = PartSpec.model_construct(voxels=VoxelsSpec(threshold=100), units=None)
-    raw = voxel_triangles(volume, spec, GB, "ball")
+    raw = voxel_triangles(volume, asked(threshold=100), "ball")
     flat = raw.corners.reshape(-1, 3)
     np.testing.assert_allclose(np.ptp(flat, axis=0)[:2], 8.0, atol=0.4)
     assert np.ptp(flat[:, 2]) == pytest.approx(8.0, abs=1.1)
@@ -209,7 +210,7 @@ def test_a_volume_larger_than_it_says_or_than_the_memory_is_never_unpacked(tmp_p
 @pytest.mark.parametrize(
     ("part", "words"),
     [
-        ('[part.voxels]\nspacing = "1 mm"', "threshold: missing; .* from 20 to 200"),
+        ('[part.voxels]\nspacing = "1 mm"', "threshold: missing; .* from 20 to 200.*grey lies"),
         ("[part.voxels]\nthreshold = 100", "spacing: missing"),
         ('[part.voxels]\nthreshold = 300\nspacing = "1 mm"', "no voxel is above"),
         ('[part.voxels]\nthreshold = 20\nbelow = true\nspacing = "1 mm"', "no voxel is below"),
@@ -234,11 +235,9 @@ def test_a_wall_of_one_voxel_that_smoothing_would_eat_is_kept_or_refused():
     values = np.zeros((20, 20, 20), dtype=bool)
     values[10] = True
     volume = VoxelVolume(values=values, spacing=(1.0, 1.0, 1.0), unit="mm")
-    spec = PartSpec.model_construct(voxels=VoxelsSpec(tolerance="3 mm"), units=None)
     with pytest.raises(GradeDesignError):
-        voxel_triangles(volume, spec, GB, "wall")
-    spec = PartSpec.model_construct(voxels=VoxelsSpec(), units=None)
-    raw = voxel_triangles(volume, spec, GB, "wall")
+        voxel_triangles(volume, asked(tolerance="3 mm"), "wall")
+    raw = voxel_triangles(volume, asked(), "wall")
     a, b, c = np.moveaxis(raw.corners, 1, 0)
     held = float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
     assert held == pytest.approx(400.0, rel=5e-3)
@@ -280,7 +279,7 @@ def test_a_scanned_block_is_checked_with_regions_on_its_faces(cli, tmp_path):
 
 def test_triangles_know_no_voxels(tmp_path):
     (tmp_path / "b.stl").write_bytes(b"x")
-    with pytest.raises(CaseError, match="whose format holds triangles"):
+    with pytest.raises(CaseError, match="format takes no such table"):
         part_of(tmp_path, "b.stl", 'units = "mm"\n[part.voxels]\nthreshold = 1')
 
 
@@ -325,8 +324,7 @@ def test_archives_with_a_false_size_are_refused(tmp_path):
 
 
 def test_the_surface_of_a_box_of_voxels_is_its_box():
-    spec = PartSpec.model_construct(voxels=VoxelsSpec(), units="inch")
     volume = VoxelVolume(values=np.ones((5, 5, 5), dtype=bool), spacing=(0.1, 0.1, 0.1))
-    raw = voxel_triangles(volume, spec, GB, "box")
+    raw = voxel_triangles(volume, asked(units="inch"), "box")
     assert raw.unit == "inch"
     np.testing.assert_allclose(np.ptp(raw.corners.reshape(-1, 3), axis=0), 0.5, atol=0.03)

@@ -78,7 +78,7 @@ def _corners(mesh: MeshSource) -> FloatArray:
     """Corners of triangles, mm."""
     if isinstance(mesh, str | Path):
         reader = _reader(Path(mesh))
-        read = None if reader.sampled else reader.read(Path(mesh))
+        read = None if reader.key else reader.read(Path(mesh))
         if not isinstance(read, RawTriangles):
             raise PluginError(
                 f"{mesh} holds a voxel volume; expected triangles (STL, OBJ, PLY, OFF, 3MF)"

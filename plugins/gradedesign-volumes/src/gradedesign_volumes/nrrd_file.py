@@ -15,7 +15,8 @@ from typing import IO
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign import UNIT_MM, PartError, ResourceError, VoxelVolume
+from gradedesign import UNIT_MM, PartError, ResourceError
+from gradedesign_volumes.voxel_volume import VoxelVolume
 
 #: Longest header and line of one, bytes.
 _LONGEST_HEADER, _LONGEST_LINE = 100_000, 10_000

@@ -11,16 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gradedesign import (
-    BYTES_PER_VOXEL,
     CaseError,
     PartError,
-    VoxelVolume,
     read_images,
     read_npy,
     read_npy_stream,
     slices_with,
 )
 from gradedesign_volumes.nrrd_file import read_nrrd_file
+from gradedesign_volumes.voxel_volume import BYTES_PER_VOXEL, VoxelVolume
 
 #: Entry of an archive that holds the edges of a voxel.
 _SPACING = "spacing"

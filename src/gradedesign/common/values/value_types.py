@@ -108,15 +108,19 @@ class Quantity(Reader):
 
 @dataclass(frozen=True, slots=True)
 class Vector(Reader):
-    """Three quantities of one dimension, along x, y and z."""
+    """Three quantities of one dimension, along x, y and z; with ``one``, also one for all three."""
 
     dimension: str
     example: str = ""
     above: float | None = None
+    one: bool = False
 
     def read(self, value: object) -> Triple:
         """Convert ``["0 N", "0 N", "-5 kN"]`` to a tuple."""
         reader = Quantity(self.dimension, above=self.above)
+        if self.one and not isinstance(value, list):
+            number = reader.read(value)
+            return number, number, number
         example = self._meant(value) or self._example()
         x, y, z = (_entry(reader, i, v) for i, v in enumerate(three(value, example)))
         return x, y, z
@@ -124,6 +128,8 @@ class Vector(Reader):
     def json_schema(self) -> JsonSchema:
         """Three strings."""
         item = Quantity(self.dimension, above=self.above).json_schema()
+        if self.one:
+            return {"anyOf": [item, _array_of_three(item)]}
         return {**_array_of_three(item), "examples": [json.loads(self._example())]}
 
     def _example(self) -> str:

@@ -21,6 +21,7 @@ from typing import Any, TypeAlias
 from pydantic import TypeAdapter, ValidationError
 
 from gradedesign.common.values.key_path import with_values
+from gradedesign.common.values.plugins_by_name import supplied_by
 from gradedesign.common.values.problems import (
     Problem,
     case_error,
@@ -36,7 +37,7 @@ from gradedesign.common.values.table import Table
 from gradedesign.common.values.toml_lines import Key, key_lines
 from gradedesign.common.values.toml_mistakes import mistake, unclosed
 from gradedesign.design.case.checks import case_warnings, cross_problems, reference_problems
-from gradedesign.design.case.schema import Case, CaseFile
+from gradedesign.design.case.schema import Brought, Case, CaseFile, with_brought
 from gradedesign.errors import CaseError
 from gradedesign.geometry.cell.own_cell_schema import own_cell_file
 from gradedesign.geometry.lattice.density_value import states_density
@@ -44,7 +45,7 @@ from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.part.part_path import slices_with
 from gradedesign.geometry.part.part_schema import PartSpec
 from gradedesign.geometry.part.place_schema import PlaceSpec
-from gradedesign.mechanics.limits.limits_schema import LimitEntry, LimitsSpec, with_limit_entries
+from gradedesign.mechanics.limits.limits_schema import LimitsSpec
 
 log = logging.getLogger(__name__)
 
@@ -58,15 +59,15 @@ _PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
 #: A case as its file states it.
 NO_VALUES: Mapping[str, Any] = MappingProxyType({})
 
-#: Lists of ``[limits]`` that kinds of limits bring; called only where a file names one.
-LimitEntries: TypeAlias = Callable[[], Mapping[str, type[LimitEntry]]]
+#: Keys that plugins bring; called only where a file names one.
+BroughtKeys: TypeAlias = Callable[[], Brought]
 
 
 def load_case(
     path: str | Path,
     *,
     allow_outside: bool = False,
-    entries: LimitEntries = dict,
+    brought: BroughtKeys = Brought,
     values: Mapping[str, Any] = NO_VALUES,
 ) -> Case:
     """Read and check a case file.
@@ -77,8 +78,8 @@ def load_case(
         The TOML file, or the folder that holds a ``case.toml``.
     allow_outside : bool
         Whether the part file may lie outside the folder of the case.
-    entries : callable
-        Lists that registered kinds of limits add to ``[limits]``, see `LimitEntries`.
+    brought : callable
+        Keys that registered kinds of limits and readers add, see `BroughtKeys`.
     values : mapping of dotted key to value
         As TOML gives them, such as ``{"lattice.size": "10 mm"}``; they replace those of the file.
 
@@ -94,7 +95,7 @@ def load_case(
         right.
     """
     content, file, lines = _read_tables(
-        path, allow_outside=allow_outside, entries=entries, values=values
+        path, allow_outside=allow_outside, brought=brought, values=values
     )
     tables = {name: getattr(content, name) for name in CaseFile.model_fields if name != "case"}
     case = Case(
@@ -118,14 +119,14 @@ def load_case(
 
 
 class _KindsAskedFor(Exception):  # noqa: N818  control flow of `require_case_text`, never seen outside
-    """The case names a kind of limit that only an installed plugin can read."""
+    """The case names a key that only an installed plugin can read."""
 
 
 def require_case_text(path: str | Path, *, allow_outside: bool) -> None:
     """Refuse a case by its text alone, before plugins and solvers are loaded.
 
-    Nothing is refused here where the text names a limit that is not the core's: those who load
-    the plugins read it again.
+    Nothing is refused here where the text names a key of limits or part that is not the core's:
+    those who load the plugins read it again.
 
     Raises
     ------
@@ -133,26 +134,27 @@ def require_case_text(path: str | Path, *, allow_outside: bool) -> None:
         With every problem.
     """
 
-    def ask() -> Mapping[str, type[LimitEntry]]:
+    def ask() -> Brought:
         raise _KindsAskedFor
 
     with contextlib.suppress(_KindsAskedFor):
-        _read_tables(path, allow_outside=allow_outside, entries=ask)
+        _read_tables(path, allow_outside=allow_outside, brought=ask)
 
 
 def _read_tables(
     path: str | Path,
     *,
     allow_outside: bool,
-    entries: LimitEntries,
+    brought: BroughtKeys,
     values: Mapping[str, Any] = NO_VALUES,
 ) -> tuple[CaseFile, Path, dict[Key, int]]:
     """Tables of a case file, its absolute path, and the line of every key; see `load_case`."""
     file = case_file(Path(path))
     data, lines = read_toml(file)
     data = with_values(data, values)
-    layout = with_limit_entries(CaseFile, _named_entries(data, entries))
+    layout = with_brought(CaseFile, _named_keys(data, brought))
     content, problems = _validate(data, file.parent, layout, allow_outside=allow_outside)
+    problems = [_of_plugin(problem) for problem in problems]
     problems.extend(reference_problems(data))
     if content is not None:
         problems.extend(cross_problems(content))
@@ -184,20 +186,32 @@ def read_toml(file: Path) -> tuple[dict[str, Any], dict[Key, int]]:
         ) from None
 
 
-def _named_entries(
-    data: Mapping[str, Any], entries: LimitEntries
-) -> Mapping[str, type[LimitEntry]]:
-    """Lists of limits that a file names; all known ones if it has an unknown key.
+def _named_keys(data: Mapping[str, Any], brought: BroughtKeys) -> Brought:
+    """Keys of plugins that a file names; all of a table's if it has an unknown key.
 
     What is installed beside them does not change the identity of a case.
     """
-    limits = data.get("limits")
-    core_names = {field.alias or name for name, field in LimitsSpec.model_fields.items()}
-    more = set(limits) - core_names if isinstance(limits, dict) else set()
-    if not more:
-        return {}
-    brought = entries()
-    return {name: entry for name, entry in brought.items() if name in more or more - set(brought)}
+    limits, part = _more_keys(data, "limits", LimitsSpec), _more_keys(data, "part", PartSpec)
+    if not limits and not part:
+        return Brought()
+    every = brought()
+    return Brought(limits=_named(every.limits, limits), part=_named(every.part, part))
+
+
+def _of_plugin(problem: Problem) -> Problem:
+    """A problem, with the plugin of this project that would know its key."""
+    plugin = supplied_by("keys", dotted(problem.key)) if problem.label else ""
+    return Problem(key=problem.key, message=f"unknown key; {plugin}") if plugin else problem
+
+
+def _more_keys(data: Mapping[str, Any], name: str, layout: type[Table]) -> set[str]:
+    """Keys of a table of the file that are not the core's."""
+    own = {field.alias or key for key, field in layout.model_fields.items()}
+    return set(data[name]) - own if isinstance(data.get(name), dict) else set()
+
+
+def _named(every: Mapping[str, Any], keys: set[str]) -> dict[str, Any]:
+    return {key: table for key, table in every.items() if key in keys or keys - set(every)}
 
 
 def case_file(path: Path) -> Path:

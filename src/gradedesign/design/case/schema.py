@@ -7,11 +7,11 @@ tables they are made of are re-exported here.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
-from pydantic import Field, SerializeAsAny
+from pydantic import Field, SerializeAsAny, create_model
 
 from gradedesign.common.values.locate import Where
 from gradedesign.common.values.table import Table
@@ -108,13 +108,13 @@ class Case(Table):
     """The case file, absolute."""
     folder: Path
     """The folder of the case file, absolute."""
-    part: PartSpec
+    # Tables that readers and lists that kinds of limits brought are part of what is asked.
+    part: SerializeAsAny[PartSpec]
     region: dict[str, RegionSpec]
     material: MaterialSpec | None
     """None only where the density is stated."""
     keep: tuple[KeepSpec, ...]
     load_case: tuple[LoadCaseSpec, ...]
-    # Lists that kinds of limits brought are part of what is asked.
     limits: SerializeAsAny[LimitsSpec]
     lattice: LatticeSpec
     zone: tuple[ZoneSpec, ...]
@@ -164,17 +164,44 @@ def _stated(value: Any, key: Mapping[str, Any]) -> Any:
     return DIMENSIONS[key["x-dimension"]].words(value) if "x-dimension" in key else value
 
 
-def schema_json(
-    layout: type[Table] = CaseFile, entries: Mapping[str, type[LimitEntry]] = MappingProxyType({})
-) -> dict[str, Any]:
+Layout = TypeVar("Layout", bound=Table)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Brought:
+    """Keys that plugins add to a case file.
+
+    Attributes
+    ----------
+    limits : mapping of key to type of LimitEntry
+        Lists of ``[limits]``, of registered kinds of limits.
+    part : mapping of key to type of Table
+        Tables of ``[part]``, of registered readers.
+    """
+
+    limits: Mapping[str, type[LimitEntry]] = field(default_factory=dict)
+    part: Mapping[str, type[Table]] = field(default_factory=dict)
+
+
+def with_brought(layout: type[Layout], brought: Brought) -> type[Layout]:
+    """A layout of a case file with the keys that plugins add."""
+    layout = with_limit_entries(layout, brought.limits)
+    if not brought.part:
+        return layout
+    fields: dict[str, Any] = {key: (table | None, None) for key, table in brought.part.items()}
+    part: Any = create_model("PartSpec", __base__=PartSpec, __doc__=PartSpec.__doc__, **fields)
+    return create_model(layout.__name__, __base__=layout, part=(part, ...))
+
+
+def schema_json(layout: type[Table] = CaseFile, brought: Brought | None = None) -> dict[str, Any]:
     """JSON schema of a case file, for completion and checks in editors.
 
     Parameters
     ----------
     layout : type
         Of the file.
-    entries : mapping of key to type of LimitEntry
-        Lists of limits that registered kinds bring.
+    brought : Brought, optional
+        Keys of plugins.
 
     Returns
     -------
@@ -182,7 +209,7 @@ def schema_json(
         Draft 7, which editors of TOML read; describes the text that is written, not the converted
         values. What holds across keys or needs a file is left to ``gradedesign check``.
     """
-    schema = with_limit_entries(layout, entries).model_json_schema(
+    schema = with_brought(layout, brought or Brought()).model_json_schema(
         by_alias=True, ref_template="#/definitions/{model}"
     )
     definitions = schema.pop("$defs")

@@ -110,11 +110,12 @@ def draft_case(
     identity = _identity(path, stated)
     readers = part_readers(identity, registry)
     suffix = path.suffix.lower()
-    if any(reader.sampled and suffix in reader.suffixes for reader in registry.readers.values()):
-        raise CaseError(
-            f"{path.name} holds voxels, and only its user knows which of them are solid: write the "
-            "case with a table [part.voxels], see docs/parts.md"
-        )
+    for reader in registry.readers.values():
+        if reader.key and suffix in reader.suffixes:
+            raise CaseError(
+                f"{path.name} is read as only its user can say: write the case with a table "
+                f"[part.{reader.key}], see docs/parts.md"
+            )
     if units is None:
         raw = readers[suffix](path)
         if raw.unit is None:

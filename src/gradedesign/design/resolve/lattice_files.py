@@ -14,10 +14,10 @@ from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.system.atomic import replacing_path
 from gradedesign.common.system.progress import report_step
 from gradedesign.common.values.locate import locating
+from gradedesign.common.values.plugins_by_name import supplied_by
 from gradedesign.common.values.suggest import instead
 from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.outer_triangles import outer_records
-from gradedesign.design.resolve.plugins_by_name import supplied_by
 from gradedesign.design.resolve.registry import Registry, absent
 from gradedesign.errors import CaseError, PluginError, blaming
 from gradedesign.geometry.cell.strut_axes import StrutAxes

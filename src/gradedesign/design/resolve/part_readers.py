@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from gradedesign.common.values.plugins_by_name import supplied_by
 from gradedesign.common.values.suggest import instead, shown
 from gradedesign.design.case.schema import Case
-from gradedesign.design.resolve.plugins_by_name import supplied_by
 from gradedesign.design.resolve.registry import Registry, absent
-from gradedesign.design.resolve.voxel_part import voxel_triangles
 from gradedesign.errors import CaseError, PluginError, blaming
 from gradedesign.geometry.part.part import Reader
 from gradedesign.geometry.part.raw_triangles import RawTriangles
-from gradedesign.geometry.part.reader import PartReader
-from gradedesign.geometry.part.voxel_volume import VoxelVolume
+from gradedesign.geometry.part.reader import FileRequest, PartReader
 
 
 def part_readers(case: Case, registry: Registry) -> dict[str, Reader]:
@@ -60,27 +58,31 @@ def _blamed(reader: PartReader, source: str, case: Case) -> Reader:
                 f"part.chord_tolerance: has no meaning for {path.name}, whose format holds "
                 "triangles; leave it out"
             )
-        if not own and reader.sampled:
+        if not own and reader.key:
             raise CaseError(
-                f"{path.name} holds voxels, which only [part] takes; expected a file of triangles "
-                f"or of CAD faces"
+                f"{path.name} is read as [part.{reader.key}] says, which only [part] has; expected "
+                f"a file of triangles or of CAD faces"
             )
-        if own and case.part.voxels is not None and not reader.sampled:
+        stated = case.part.brought()
+        for key in stated.keys() - {reader.key} if own else ():
             raise CaseError(
-                f"part.voxels: has no meaning for {path.name}, whose format holds triangles; leave "
-                "it out"
+                f"part.{key}: has no meaning for {path.name}, whose format takes no such table; "
+                f"leave it out"
             )
         who = f"part reader '{reader.name}' of {source} on {path.name}"
         with blaming(who, always=False):
             if reader.exact:
                 raw = reader.read(path, chord_tolerance)
+            elif reader.key:
+                table = stated.get(reader.key)
+                raw = reader.read(
+                    path,
+                    FileRequest(table=table, units=case.part.units, memory_limit_bytes=memory),
+                )
             else:
-                raw = reader.read(path, memory) if reader.sampled else reader.read(path)
-        wanted = VoxelVolume if reader.sampled else RawTriangles
-        if not isinstance(raw, wanted):
-            raise PluginError(f"{who} returned a {type(raw).__name__}, expected {wanted.__name__}")
-        if isinstance(raw, VoxelVolume):
-            return voxel_triangles(raw, case.part, memory, path.name)
+                raw = reader.read(path)
+        if not isinstance(raw, RawTriangles):
+            raise PluginError(f"{who} returned a {type(raw).__name__}, expected RawTriangles")
         return raw
 
     return read

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.common.system.worker import run_worker
+from gradedesign.common.values.plugins_by_name import supplied_by
 from gradedesign.common.values.suggest import instead, shown
 from gradedesign.design.case.schema import Case
-from gradedesign.design.resolve.plugins_by_name import supplied_by
 from gradedesign.design.resolve.rebuilt import rebuilt
 from gradedesign.design.resolve.registry import Registry, absent
 from gradedesign.errors import CaseError, MeshError, PartError

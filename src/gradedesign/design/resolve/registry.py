@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from gradedesign.common.values.plugins_by_name import supplied_by
 from gradedesign.common.values.suggest import described, instead, meant, question
-from gradedesign.design.resolve.plugins_by_name import supplied_by
 from gradedesign.errors import CaseError, PluginError
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.maker import CellMaker

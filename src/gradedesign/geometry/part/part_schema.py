@@ -24,7 +24,6 @@ from gradedesign.common.values.value_types import (
 )
 from gradedesign.errors import CaseError
 from gradedesign.geometry.part.part_path import resolve_part_file
-from gradedesign.geometry.part.voxels_schema import VoxelsSpec
 
 #: Ways of repair that need no plugin; the last one rebuilds the whole surface on a grid.
 REBUILD = "rebuild"
@@ -104,8 +103,6 @@ class PartSpec(Table):
     bodies: Annotated[str, Choice(BODIES)] = "one"
     """Bodies that are accepted: ``one``, several that touch and are united (``join``), or any
     (``all``)."""
-    voxels: VoxelsSpec | None = None
-    """Which voxels of a file are solid, and their size."""
     mesh_size: Size | None = Field(default=None, examples=["12 mm"])
     """Edge length of the tetrahedra of the solid, mm; by default it follows from the part's
     thickness, its cells and the number of unknowns."""
@@ -125,6 +122,11 @@ class PartSpec(Table):
         if self.mesh_size is None:
             raise CaseError("part.mesh_size is neither stated nor derived from the part yet")
         return self.mesh_size
+
+    def brought(self) -> dict[str, Table]:
+        """Tables of plugins' readers that the case states, by their key."""
+        more = type(self).model_fields.keys() - PartSpec.model_fields.keys()
+        return {key: table for key in sorted(more) if (table := getattr(self, key)) is not None}
 
     @property
     def bricks(self) -> Triple | None:
@@ -157,8 +159,8 @@ class PartSpec(Table):
             )
         if self.file is None and self.units is not None:
             raise key_error("units", "has no meaning with box, whose edges carry their units")
-        if self.file is None and self.voxels is not None:
-            raise key_error("voxels", "has no meaning with box, which is no scan")
+        for key in self.brought() if self.file is None else ():
+            raise key_error(key, "has no meaning with box, which is read from no file")
         if self.file is None and self.chord_tolerance is not None:
             raise key_error("chord_tolerance", "has no meaning with box, whose faces are flat")
         return self

@@ -4,9 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
+from gradedesign.common.values.table import Table
 from gradedesign.geometry.part.raw_triangles import RawTriangles
-from gradedesign.geometry.part.voxel_volume import VoxelVolume
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FileRequest:
+    """Values of a case for a reader that brings a table of ``[part]``.
+
+    Attributes
+    ----------
+    table : instance of `PartReader.table`, or None
+        As the case states it; None where it states none.
+    units : str or None
+        ``[part] units``.
+    memory_limit_bytes : int
+        Bytes that reading may take.
+    """
+
+    table: Any
+    units: str | None
+    memory_limit_bytes: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,13 +47,17 @@ class PartReader:
         Whether the format has curved faces, which are triangulated on reading. Then it is
         ``read(path, chord_tolerance)``: the largest distance of a triangle from its face in mm, or
         None where the case leaves it to the reader.
-    sampled : bool
-        Whether the format holds voxels. Then it is ``read(path, memory_limit_bytes)`` and returns
-        a `VoxelVolume`; ``[part.voxels]`` says what of it is solid.
+    key : str
+        Key of ``[part]`` that the reader brings, such as ``voxels``; readers of one distribution
+        may share it. Then it is ``read(path, request)`` with a `FileRequest`, of files that only
+        ``[part]`` names.
+    table : type of Table, optional
+        Layout of the table under that key.
     """
 
     name: str
     suffixes: tuple[str, ...]
-    read: Callable[..., RawTriangles | VoxelVolume]
+    read: Callable[..., RawTriangles]
     exact: bool = False
-    sampled: bool = False
+    key: str = ""
+    table: type[Table] | None = None

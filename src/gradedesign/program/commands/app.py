@@ -20,7 +20,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from gradedesign.design.resolve.plugins_by_name import supplied_by
+from gradedesign.common.values.plugins_by_name import supplied_by
 from gradedesign.errors import CaseError, GradeDesignError, Interrupted, PluginError, ResourceError
 from gradedesign.program.commands.interrupt import Interruption
 from gradedesign.program.commands.loading import loading_lines

@@ -10,7 +10,7 @@ from gradedesign.design.case.schema import CaseFile, schema_json
 from gradedesign.errors import PluginError
 from gradedesign.program.commands.show import print_json, print_text
 from gradedesign.program.host.command import load_command
-from gradedesign.program.host.read_case import entries_of
+from gradedesign.program.host.read_case import brought_by
 
 
 def schema(output: Path | None, *, study: bool) -> None:
@@ -27,7 +27,7 @@ def schema(output: Path | None, *, study: bool) -> None:
             raise PluginError("the command 'sweep' does not tell the layout of its study")
         data = schema_json(layout())
     else:
-        data = schema_json(CaseFile, entries_of(None))
+        data = schema_json(CaseFile, brought_by(None))
     if output is None:
         print_json(data)
         return

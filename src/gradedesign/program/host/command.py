@@ -14,7 +14,7 @@ from typing import Any
 
 import pluggy
 
-from gradedesign.design.resolve.plugins_by_name import DISABLE_VARIABLE, supplied_by
+from gradedesign.common.values.plugins_by_name import DISABLE_VARIABLE, supplied_by
 from gradedesign.errors import CaseError, Interrupted, PluginError
 from gradedesign.program.host.markers import GROUP, hookspec
 

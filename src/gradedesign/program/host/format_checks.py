@@ -8,7 +8,8 @@ from typing import Any
 
 from gradedesign.design.resolve.registry import PluginSource
 from gradedesign.errors import PluginError
-from gradedesign.geometry.part.part_schema import OWN_REPAIRS
+from gradedesign.geometry.part.part_schema import OWN_REPAIRS, PartSpec
+from gradedesign.geometry.part.reader import PartReader
 
 _READ = re.compile(r"\.[a-z0-9_-]+")
 _WRITTEN = re.compile(r"(\.[a-z0-9_-]+)+")
@@ -26,16 +27,18 @@ def check_formats(readers: Shelf, exporters: Shelf, outputs: Shelf) -> None:
     Raises
     ------
     PluginError
-        For a suffix that is none, one that two readers take, or an exporter with the name of an
-        output.
+        For a suffix that is none, one that two readers take, a key of ``[part]`` that is taken, or
+        an exporter with the name of an output.
     """
     taken: dict[str, tuple[str, PluginSource]] = {}
+    tables: dict[str, tuple[Any, PluginSource]] = {}
     for name, (reader, source) in sorted(readers.items()):
         if isinstance(reader.suffixes, str) or not reader.suffixes:
             raise PluginError(
                 f"part reader '{name}' of {source} has suffixes {reader.suffixes!r}; expected a "
                 f"tuple of them, such as ('.off',)"
             )
+        _check_table(name, reader, source, tables)
         for suffix in reader.suffixes:
             if not isinstance(suffix, str) or not _READ.fullmatch(suffix):
                 raise PluginError(
@@ -59,6 +62,22 @@ def check_formats(readers: Shelf, exporters: Shelf, outputs: Shelf) -> None:
                 f"exporter '{name}' of {source} has the suffix {exporter.suffix!r}; expected a dot "
                 f"and lower-case letters, such as '.ply'"
             )
+
+
+def _check_table(
+    name: str, reader: PartReader, source: PluginSource, tables: dict[str, tuple[Any, PluginSource]]
+) -> None:
+    """Refuse a reader whose key of ``[part]`` is taken, or comes without a table."""
+    who = f"part reader '{name}' of {source}"
+    if bool(reader.key) != (reader.table is not None):
+        raise PluginError(f"{who} has a key of [part] or a table for it; expected both or neither")
+    if reader.key in dir(PartSpec) or reader.key in PartSpec.model_fields:
+        raise PluginError(f"{who} adds the key {reader.key!r}, which [part] has already; rename it")
+    table, other = tables.setdefault(reader.key, (reader.table, source))
+    if table is not reader.table:
+        raise PluginError(
+            f"{who} adds the key {reader.key!r} to [part], as {other} does; uninstall one"
+        )
 
 
 def check_repairers(repairers: Shelf) -> None:

@@ -10,7 +10,7 @@ from types import ModuleType
 
 import pluggy
 
-from gradedesign.design.resolve.plugins_by_name import DISABLE_VARIABLE
+from gradedesign.common.values.plugins_by_name import DISABLE_VARIABLE
 from gradedesign.design.resolve.registry import PluginFailure, PluginSource
 from gradedesign.errors import Interrupted, PluginError
 from gradedesign.program.host import builtin, hookspecs

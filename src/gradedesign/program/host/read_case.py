@@ -1,4 +1,4 @@
-"""Reading a case whose limits may be of kinds that plugins bring."""
+"""Reading a case with keys that plugins may bring."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from gradedesign.design.case import read_case
-from gradedesign.design.case.schema import Case
+from gradedesign.design.case.schema import Brought, Case
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.mechanics.limits.kinds import limit_entries
-from gradedesign.mechanics.limits.limits_schema import LimitEntry
 from gradedesign.program.host.registry import build_registry
 
 
@@ -30,7 +29,7 @@ def load_case(
     allow_outside : bool
         Whether the part file may lie outside the folder of the case.
     registry : Registry, optional
-        Kinds of limits; the installed ones by default.
+        Kinds of limits and readers; the installed ones by default.
     values : mapping of dotted key to value
         As TOML gives them, such as ``{"lattice.size": "10 mm"}``; they replace those of the file.
 
@@ -46,10 +45,14 @@ def load_case(
         right.
     """
     return read_case.load_case(
-        path, allow_outside=allow_outside, entries=lambda: entries_of(registry), values=values
+        path, allow_outside=allow_outside, brought=lambda: brought_by(registry), values=values
     )
 
 
-def entries_of(registry: Registry | None) -> Mapping[str, type[LimitEntry]]:
-    """Entries of ``[limits]`` from the kinds of a registry, or else from the installed ones."""
-    return limit_entries((build_registry() if registry is None else registry).limits)
+def brought_by(registry: Registry | None) -> Brought:
+    """Keys of case files of the kinds and readers of a registry, or else of the installed ones."""
+    registry = build_registry() if registry is None else registry
+    return Brought(
+        limits=limit_entries(registry.limits),
+        part={r.key: r.table for r in registry.readers.values() if r.table is not None},
+    )

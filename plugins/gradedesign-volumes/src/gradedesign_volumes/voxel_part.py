@@ -8,34 +8,40 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt, gaussian_filter, map_coordinates
+from scipy.ndimage import distance_transform_edt, gaussian_filter
+from skimage.filters import threshold_otsu
+from skimage.measure import marching_cubes, mesh_surface_area
 
-from gradedesign.arrays import BoolArray, Field, FloatArray
-from gradedesign.common.system.progress import report_step
-from gradedesign.errors import CaseError, PartError, ResourceError
-from gradedesign.geometry.contour.surface import extract_surface
-from gradedesign.geometry.part.part_schema import PartSpec
-from gradedesign.geometry.part.raw_triangles import UNIT_MM, RawTriangles, raw_triangles
-from gradedesign.geometry.part.voxel_volume import BYTES_PER_VOXEL, VoxelVolume
-from gradedesign.geometry.part.voxels_schema import VoxelsSpec
-from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, area_vectors, enclosed_volume
+from gradedesign import (
+    UNIT_MM,
+    CaseError,
+    FileRequest,
+    PartError,
+    RawTriangles,
+    ResourceError,
+    raw_triangles,
+    report_step,
+)
+from gradedesign.fields import BoolArray, FloatArray
+from gradedesign_volumes.voxel_volume import BYTES_PER_VOXEL, VoxelVolume
+from gradedesign_volumes.voxels_schema import VoxelsSpec
 
 log = logging.getLogger(__name__)
 
 #: The surface encloses the volume of the voxels within this share; better where it is reached soon.
 #: Chosen, not measured.
-VOLUME_TOLERANCE, _VOLUME_AIM = 5e-3, 1e-3
+_VOLUME_TOLERANCE, _VOLUME_AIM = 5e-3, 1e-3
 #: Shifts of the surface, by the volume over the shift before. Chosen, not measured.
 _SHIFTS = 5
 #: Width of the smoothing, over how far the surface may move. Chosen, not measured.
 _SIGMA = 1.0
 #: Empty voxels around the part, so that its surface closes.
 _MARGIN = 2
+#: Value of a node that lies on the surface, mm: below what float32 tells apart in any part.
+_OFF = np.float32(1e-7)
 
 
-def voxel_triangles(
-    volume: VoxelVolume, part: PartSpec, memory_limit_bytes: int, source: str
-) -> RawTriangles:
+def voxel_triangles(volume: VoxelVolume, request: FileRequest, source: str) -> RawTriangles:
     """The surface of the solid voxels of a scan.
 
     The signed distance to the faces of the voxels, linear between their centres, is smoothed by a
@@ -45,9 +51,8 @@ def voxel_triangles(
     Parameters
     ----------
     volume : VoxelVolume
-    part : PartSpec
-        Threshold, spacing and tolerance, and the unit of the file.
-    memory_limit_bytes : int
+    request : FileRequest
+        With a `VoxelsSpec` or none.
     source : str
         Name of the file, for messages.
 
@@ -60,29 +65,28 @@ def voxel_triangles(
     ResourceError
         If the grid of the surface takes more memory.
     """
-    spec = VoxelsSpec() if part.voxels is None else part.voxels
-    spacing, unit, notes = _spacing(volume, spec, part.units, source)
+    spec: VoxelsSpec = VoxelsSpec() if request.table is None else request.table
+    spacing, unit, notes = _spacing(volume, spec, request.units, source)
     solid = _solid(volume, spec, source)
     need = solid.size * BYTES_PER_VOXEL
-    if need > memory_limit_bytes:
+    if need > request.memory_limit_bytes:
         raise ResourceError(
             f"{source}: a surface of {solid.size:.4g} voxels takes about {need / 1e9:.3g} GB; "
-            f"found run.memory of {memory_limit_bytes / 1e9:.3g} GB; raise it or write a coarser "
-            f"volume"
+            f"found run.memory of {request.memory_limit_bytes / 1e9:.3g} GB; raise it or write a "
+            f"coarser volume"
         )
     tolerance = 0.5 * min(spacing) if spec.tolerance is None else spec.tolerance
     target = float(np.count_nonzero(solid)) * float(np.prod(spacing))
     report_step("surface of the voxels")
-    surface = _smoothed_surface(solid, np.array(spacing), tolerance, target, source)
-    change = enclosed_volume(surface) / target - 1.0
+    corners, held = _smoothed_surface(solid, np.array(spacing), tolerance, target, source)
     notes.append(
         f"{source}: {np.count_nonzero(solid)} solid voxels of "
-        f"{' x '.join(f'{e:.4g}' for e in spacing)} mm became {len(surface.faces)} triangles "
-        f"within {tolerance:.3g} mm of their faces, {change:+.2%} of volume"
+        f"{' x '.join(f'{e:.4g}' for e in spacing)} mm became {len(corners)} triangles "
+        f"within {tolerance:.3g} mm of their faces, {held / target - 1.0:+.2%} of volume"
     )
     log.info("%s", notes[-1])
-    corners = surface.vertices[surface.faces] / UNIT_MM[unit]
-    return raw_triangles(corners, source=source, unit=unit, warnings=[*volume.warnings, *notes])
+    warnings = [*volume.warnings, *notes]
+    return raw_triangles(corners / UNIT_MM[unit], source=source, unit=unit, warnings=warnings)
 
 
 def _spacing(
@@ -124,7 +128,7 @@ def _solid(volume: VoxelVolume, spec: VoxelsSpec, source: str) -> BoolArray:
     elif spec.threshold is None:
         raise CaseError(
             f"part.voxels.threshold: missing; {source} holds values from {values.min():.6g} to "
-            f"{values.max():.6g}, state above which of them a voxel is solid"
+            f"{values.max():.6g}, state above which of them a voxel is solid{_told(values)}"
         )
     else:
         threshold = spec.threshold
@@ -144,10 +148,18 @@ def _solid(volume: VoxelVolume, spec: VoxelsSpec, source: str) -> BoolArray:
     return np.pad(chosen, _MARGIN)
 
 
+def _told(values: NDArray[Any]) -> str:
+    """The threshold between two kinds of grey by Otsu (1979), for a message; empty without any."""
+    finite = values[np.isfinite(values)] if values.dtype.kind in "fiu" else np.zeros(0)
+    if finite.size == 0 or finite.min() == finite.max():
+        return ""
+    return f"; between two kinds of grey lies {threshold_otsu(finite):.6g} (Otsu)"
+
+
 def _smoothed_surface(
     solid: BoolArray, spacing: FloatArray, tolerance: float, target: float, source: str
-) -> SurfaceMesh:
-    """The surface within a tolerance of the voxels' that encloses their volume."""
+) -> tuple[FloatArray, float]:
+    """Triangles ``(m, 3, 3)`` mm within a tolerance of the voxels, and their volume, mm^3."""
     near = 0.5 * spacing.min()
     distance = distance_transform_edt(~solid, sampling=spacing).astype(np.float32)
     distance -= distance_transform_edt(solid, sampling=spacing).astype(np.float32)
@@ -157,41 +169,30 @@ def _smoothed_surface(
     tried: list[tuple[float, float]] = []
     for _ in range(_SHIFTS):
         shifted = np.clip(smooth - np.float32(shift), distance - tolerance, distance + tolerance)
-        surface = extract_surface(
-            _interpolated(shifted, spacing),
-            # Half a step inside the first centre: nodes then fall on the centres of voxels.
-            (0.5 - _MARGIN) * spacing + 0.5 * spacing.min(),
-            (np.array(solid.shape) - _MARGIN - 1) * spacing,
-            float(spacing.min()),
-        )
-        volume = enclosed_volume(surface)
+        if shifted.min() >= 0.0:
+            volume = 0.0
+            break
+        shifted[shifted == 0.0] = _OFF  # a node on the surface would leave triangles without area
+        vertices, faces, _, _ = marching_cubes(shifted, 0.0, spacing=tuple(spacing))
+        vertices = vertices.astype(np.float64) + (0.5 - _MARGIN) * spacing
+        corners = vertices[faces]
+        a, b, c = np.moveaxis(corners, 1, 0)
+        volume = float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
         if abs(volume - target) <= _VOLUME_AIM * target:
-            return surface
+            return corners, volume
         if len(tried) == 0:
-            slope = float(np.linalg.norm(area_vectors(surface), axis=1).sum())
+            slope = float(mesh_surface_area(vertices, faces))
         elif shift != tried[-1][0]:
             slope = (volume - tried[-1][1]) / (shift - tried[-1][0])
         tried.append((shift, volume))
         if slope <= 0.0:  # all of the surface is held
             break
         shift += (target - volume) / slope
-    if abs(volume - target) <= VOLUME_TOLERANCE * target:
-        return surface
+    if abs(volume - target) <= _VOLUME_TOLERANCE * target:
+        return corners, volume
     raise PartError(
         f"{source}: a surface within {tolerance:.3g} mm of the voxels encloses {volume:.6g} mm^3, "
-        f"the voxels {target:.6g} mm^3; expected the same within {VOLUME_TOLERANCE:.1%}: their "
+        f"the voxels {target:.6g} mm^3; expected the same within {_VOLUME_TOLERANCE:.1%}: their "
         f"walls are too thin or their corners too many; state another [part.voxels] tolerance, or "
         f"scan it finer"
     )
-
-
-def _interpolated(values: FloatArray, spacing: FloatArray) -> Field:
-    """Trilinear between the centres of voxels, the first of which is `_MARGIN` voxels outside."""
-
-    def field(points: FloatArray) -> FloatArray:
-        flat = np.asarray(points, dtype=np.float64).reshape(3, -1)
-        index = flat / spacing[:, None] + (_MARGIN - 0.5)
-        interpolated = map_coordinates(values, index, order=1, mode="nearest", output=np.float64)
-        return np.asarray(interpolated).reshape(points.shape[1:])
-
-    return field

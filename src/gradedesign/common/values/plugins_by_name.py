@@ -18,7 +18,7 @@ def supplied_by(kind: str, name: str) -> str:
     ----------
     kind : str
         ``commands``, ``cell_families``, ``cell_makers``, ``exporters``, ``outputs``, ``repairers``,
-        ``solvers``, or ``suffixes`` of part files.
+        ``solvers``, ``suffixes`` of part files, or ``keys`` of a case file, dotted.
     name : str
         Nothing that is loaded supplies it.
     """
