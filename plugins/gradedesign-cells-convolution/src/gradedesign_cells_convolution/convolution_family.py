@@ -38,7 +38,6 @@ def convolution_family(
 
     Parameters
     ----------
-    name : str
     nodes : (n, 3) array_like, cell units
         Nodes a whole number of cells apart are copies of one node.
     edges : (m, 2) int array_like
@@ -48,10 +47,6 @@ def convolution_family(
         large at a low density, struts part.
     source : str
         Where the graph comes from.
-
-    Returns
-    -------
-    CellFamily
 
     Raises
     ------

@@ -82,8 +82,6 @@ def pore_family(
 
     Parameters
     ----------
-    name : str
-    pores : Pores
     parameters : dict of str to float
         Defaults of the gauge's keyword arguments.
     symmetry : {"cubic", "tetragonal", "orthotropic", "none"}

@@ -22,7 +22,6 @@ def uniform(seed: float, stream: int, count: int) -> FloatArray:
         A whole number, as a case gives it.
     stream : int
         Numbers of different streams of one seed are independent.
-    count : int
 
     Raises
     ------

@@ -22,10 +22,6 @@ def distance_to_walls(foam: Tessellation) -> Field:
     A Voronoi cell is convex, so that from a point in it the nearest face lies in the nearest of
     the planes midway between its seed and the seeds of its neighbours.
 
-    Parameters
-    ----------
-    foam : Tessellation
-
     Returns
     -------
     callable

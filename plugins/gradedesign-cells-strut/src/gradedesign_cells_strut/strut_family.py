@@ -41,7 +41,6 @@ def strut_family(
 
     Parameters
     ----------
-    name : str
     nodes : (n, 3) array_like, cell units
         Nodes a whole number of cells apart are copies of one node.
     edges : (m, 2) int array_like

@@ -45,10 +45,6 @@ def surface_families(
     parameters : mapping of str to float, optional
         Defaults of the function's keyword arguments: parameters of sheet and wall. Networks have
         the defaults.
-
-    Returns
-    -------
-    tuple of CellFamily
     """
 
     def opposite(u: FloatArray) -> FloatArray:

@@ -46,17 +46,12 @@ def cell_from_increments(
     ----------
     increments : sequence of callables
         Each without arguments, returning a shape function; called once, when first needed.
-    name : str
     grey : float
         Default of the parameter.
     symmetry : {"cubic", "tetragonal", "orthotropic", "none"}
         At the default.
     source : str
         What the increments are.
-
-    Returns
-    -------
-    CellFamily
 
     Raises
     ------
@@ -110,7 +105,6 @@ def cell_from_nested_increments(
     ----------
     increments : sequence of paths or array_likes
         Two or more from thin to thick, see `read_voxels`, all of one shape.
-    name : str
     smooth : float, optional
         See `cell_from_voxels`.
     resolution : int
@@ -120,10 +114,6 @@ def cell_from_nested_increments(
     symmetry : {"cubic", "tetragonal", "orthotropic", "none"}
     source : str
         What the increments are.
-
-    Returns
-    -------
-    CellFamily
 
     Raises
     ------

@@ -43,7 +43,6 @@ def cell_from_mesh(
     ----------
     mesh : path, SurfaceMesh, RawTriangles or (m, 3, 3) array_like
         See `read_mesh`. A cell of unequal edges is stretched to the unit cube, distances too.
-    name : str
     box : (2, 3) array_like, optional
         Least and largest corner of the cell, mm; the surface's bounding box unless given.
     resolution : int
@@ -54,10 +53,6 @@ def cell_from_mesh(
         Of the stiffness, if known; the conformance kit checks it.
     source : str
         Where the mesh comes from.
-
-    Returns
-    -------
-    CellFamily
     """
     if not 16 <= resolution <= 256:
         raise PluginError(f"cell '{name}': resolution is {resolution}, expected 16 to 256 steps")
@@ -81,7 +76,6 @@ def mesh_distance(corners: FloatArray, resolution: int, tolerance: float) -> Fie
     ----------
     corners : (m, 3, 3) array, cell units
         Triangles within the unit cell, counter-clockwise seen from outside.
-    resolution : int
     tolerance : float
         Share of opposite faces in which the solid may differ.
 

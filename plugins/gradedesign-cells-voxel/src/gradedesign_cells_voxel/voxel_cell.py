@@ -92,18 +92,12 @@ def cell_from_voxels(
     ----------
     voxels : path or array_like
         See `read_voxels`. A cell of unequal edges is stretched to the unit cube, distances too.
-    name : str
-    reading : VoxelReading
     resolution : int, optional
         Steps of the table of distances; twice the voxels, 32 to 64, unless given.
     symmetry : {"cubic", "tetragonal", "orthotropic", "none"}
         Of the stiffness, if known; the conformance kit checks it.
     source : str
         Where the voxels come from.
-
-    Returns
-    -------
-    CellFamily
 
     Examples
     --------

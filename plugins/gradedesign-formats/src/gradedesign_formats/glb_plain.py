@@ -29,7 +29,6 @@ def plain_glb(data: bytes, source: str) -> tuple[bytes, dict[str, str], tuple[st
         Of a GLB file in which every node is named by its number.
     names : dict of str to str
         Names of bodies by that number: of the node, else of its mesh.
-    warnings : tuple of str
 
     Raises
     ------

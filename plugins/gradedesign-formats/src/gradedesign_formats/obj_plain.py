@@ -19,7 +19,6 @@ def plain_obj(text: str, source: str) -> tuple[str, dict[str, str], int]:
         Of statements ``v``, ``f`` and ``g``.
     names : dict of str to str
         Names of the groups by their number: the group's, else the object's, else the material's.
-    triangles : int
 
     Raises
     ------

@@ -103,18 +103,12 @@ def apparent_stiffness(
 
     Parameters
     ----------
-    cell : Cell
     rho : float
+        Relative density.
     boundary : {"displacement", "traction", "mixed", "macro-tet"}
-    cells : int
     resolution : int, optional
         Voxels along a period; by default the first of `RESOLUTIONS` with three voxels across the
         thinnest wall. Nothing is extrapolated.
-    poissons_ratio : float
-
-    Returns
-    -------
-    ApparentStiffness
 
     Raises
     ------

@@ -86,13 +86,8 @@ def solve_block(
     fill : (nx, ny, nz) array
         Young's modulus of each cubic voxel relative to the base material, 0 to 1.
     condition : {"displacement", "traction", "mixed"}
-    poissons_ratio : float
     rtol : float
         Of the residual force. Stiffnesses are right to its square, of mixed conditions to itself.
-
-    Returns
-    -------
-    BlockSolution
 
     Raises
     ------

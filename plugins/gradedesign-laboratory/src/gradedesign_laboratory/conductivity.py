@@ -58,8 +58,8 @@ def extrapolated_conductivity(cell: Cell, rho: float, resolution: int) -> tuple[
 
     Parameters
     ----------
-    cell : Cell
     rho : float
+        Relative density.
     resolution : int
         Even; the other grid has half of it.
 

@@ -91,12 +91,6 @@ def macro_tet(
         Image that holds the tetrahedron.
     vertices : (3, 4) array
         In voxel edges.
-    poissons_ratio : float
-    rtol : float
-
-    Returns
-    -------
-    MacroTet
 
     Raises
     ------

@@ -35,7 +35,6 @@ def plot_stiffness(path: Path, stiffness: FloatArray, *, title: str) -> None:
         PNG.
     stiffness : (6, 6) array
         Over the base material's Young's modulus.
-    title : str
     """
     figure = empty_figure(13.0, 9.0, title)
     _draw_sphere(figure, figure.add_subplot(2, 2, 1, projection="3d"), stiffness)
@@ -87,8 +86,6 @@ def plot_laws(
     ----------
     path : Path
         PNG.
-    laws : sequence of ScalingLaw
-    title : str
     poissons_ratio : float
         Of the base material, for the bounds.
     density, youngs, error : float
@@ -127,8 +124,6 @@ def plot_strength_surface(path: Path, surface: StrengthSurface, *, title: str) -
     ----------
     path : Path
         PNG.
-    surface : StrengthSurface
-    title : str
     """
     figure = empty_figure(15.0, 5.6, title)
     x, y, xy = np.eye(6)[0], np.eye(6)[1], np.eye(6)[5]

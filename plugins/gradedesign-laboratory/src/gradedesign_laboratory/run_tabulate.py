@@ -49,12 +49,10 @@ def tabulate(
         same cell are kept where no new ones are computed, since they have densities of their own.
     resolution : int or None
         Voxels along a cell; by default what each density's wall needs.
-    poissons_ratio : float
     workers : int or None
         Processes on this machine; by default one for each processor.
     scheduler : str or None
         Address of a running dask cluster, used instead.
-    strict_plugins : bool
     buckling : bool
         Compute critical stresses too, which takes minutes for each density.
 

@@ -96,7 +96,6 @@ def dense_lattice(design: LatticeDesign, reach: float) -> DenseLattice:
 
     Parameters
     ----------
-    design : LatticeDesign
     reach : float, mm
         Values are exact within this of the surface; of round struts in equal cells within one
         step of the samples. The sign is right everywhere.
@@ -112,7 +111,6 @@ def strut_lattice(design: LatticeDesign, apart: float) -> DenseLattice | None:
 
     Parameters
     ----------
-    design : LatticeDesign
     apart : float, mm
         Distance of two samples.
 

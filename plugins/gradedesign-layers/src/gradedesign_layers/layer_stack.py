@@ -55,7 +55,6 @@ class Layers:
         Pixels along x and y; the outer ones are empty.
     pixel, height : float, mm
         Edge of a pixel, and thickness of a layer.
-    layers : tuple of Layer
     dropped : int
         Disconnected components that were left out.
     dropped_share : float

@@ -26,7 +26,6 @@ class SurfaceBand:
 
     Attributes
     ----------
-    arrays : BandArrays
     outer : float, mm
         Half width of the band outside the surface.
     """
@@ -53,7 +52,6 @@ def surface_band(
 
     Parameters
     ----------
-    surface : SurfaceDistance
     edge : float, mm
         Of the cubes; larger where they would be too many.
     inner, outer : float, mm

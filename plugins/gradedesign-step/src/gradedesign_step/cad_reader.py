@@ -32,7 +32,6 @@ def read_step(path: Path, chord_tolerance: float | None = None) -> RawTriangles:
 
     Parameters
     ----------
-    path : Path
     chord_tolerance : float, mm, optional
         Largest distance of the triangles from the faces; by default a ten-thousandth of the
         diagonal.

@@ -18,10 +18,6 @@ def non_dominated(rows: Sequence[DesignRow]) -> frozenset[int]:
     compared by value and by utilisation: where a study varies the limits themselves, a low
     utilisation of a wide limit is no merit, and where it varies the material, a low stress of a
     weak one is none.
-
-    Parameters
-    ----------
-    rows : sequence of DesignRow
     """
     feasible = [row for row in rows if row.holds]
     return frozenset(

@@ -67,9 +67,6 @@ class SweepRequest:
         Processes on this machine; by default as many as it has processors and memory for.
     scheduler : str or None
         Address of a running dask cluster, used instead.
-    allow_outside : bool
-    strict_plugins : bool
-    as_json : bool
     """
 
     workers: int | None = None
@@ -89,7 +86,6 @@ def sweep(path: Path, output: Path | None, request: SweepRequest) -> int:
     output : Path or None
         Folder; ``runs/<name of the study>`` by default. An earlier sweep there goes on: designs
         that are finished are not run again.
-    request : SweepRequest
 
     Returns
     -------

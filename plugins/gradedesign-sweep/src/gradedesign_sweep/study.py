@@ -44,7 +44,6 @@ class Design:
         From 1, in the order of the study.
     values : mapping of dotted key to value
         Put in place of those of the base case.
-    case : Case
     """
 
     number: int
@@ -63,12 +62,10 @@ class Study:
 
     Attributes
     ----------
-    name : str
     base : Path
         The base case file, absolute.
     keys : tuple of str
         Dotted keys that vary, in the order of the study.
-    designs : tuple of Design
     """
 
     name: str

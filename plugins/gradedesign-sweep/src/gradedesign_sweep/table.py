@@ -27,8 +27,6 @@ class LimitValue:
 
     Attributes
     ----------
-    value, limit : float
-    unit : str
     utilisation : float
         By the unfavourable end of the value's band, as the run judged it.
     severity : float
@@ -69,8 +67,6 @@ class DesignRow:
     values : mapping of dotted key to value
     status : str
         Of its run, or `WAITING`.
-    lightest : bool
-    mass_g, solid_mass_g, relative_density : float or None
     limits : mapping of name to LimitValue
         In the order of the result.
     error : str
@@ -118,14 +114,12 @@ def design_row(
 
     Parameters
     ----------
-    design : Design
     folder : str
         Below that of the sweep.
     result : RunResult or None
         None before it ran.
     error : str
         Message of what ended its run; replaces the result.
-    seconds : float, optional
     """
     waiting = DesignRow(
         number=design.number,
@@ -167,8 +161,6 @@ def table_csv(study: Study, rows: Sequence[DesignRow], best: frozenset[int]) -> 
 
     Parameters
     ----------
-    study : Study
-    rows : sequence of DesignRow
     best : frozenset of int
         Numbers of the non-dominated designs.
     """

@@ -34,12 +34,10 @@ class TradeoffPoint:
 
     Attributes
     ----------
-    number : int
     label : str
         Values of the design.
     group : str
         Designs of one group share colour and marker, and an entry of the legend.
-    mass_g : float
     utilisation : mapping of limit to float
     marked : bool
         Non-dominated.
@@ -62,10 +60,8 @@ def plot_tradeoff(
     ----------
     path : Path
         PNG.
-    points : sequence of TradeoffPoint
     limits : sequence of str
         A panel for each.
-    title : str
     note : str
         Line below the panels.
     """

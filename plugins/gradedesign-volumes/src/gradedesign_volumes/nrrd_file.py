@@ -49,7 +49,6 @@ def read_nrrd_file(path: Path, *, memory_limit_bytes: int, bytes_per_value: int)
 
     Parameters
     ----------
-    path : Path
     memory_limit_bytes : int
         Bytes that reading and using the volume may take.
     bytes_per_value : int

@@ -50,7 +50,6 @@ def voxel_triangles(volume: VoxelVolume, request: FileRequest, source: str) -> R
 
     Parameters
     ----------
-    volume : VoxelVolume
     request : FileRequest
         With a `VoxelsSpec` or none.
     source : str

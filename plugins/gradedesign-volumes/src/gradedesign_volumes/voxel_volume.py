@@ -24,7 +24,6 @@ class VoxelVolume:
         Edges of a voxel in ``unit``; None where the file has none and the case says it.
     unit : str or None
         ``mm``, ``cm``, ``m`` or ``inch``; None where the file has none.
-    warnings : tuple of str
     """
 
     values: NDArray[np.generic]

@@ -41,7 +41,6 @@ def read_npy(path: Path, *, memory_limit_bytes: int, bytes_per_value: int) -> ND
 
     Parameters
     ----------
-    path : Path
     memory_limit_bytes : int
         Bytes that reading and using the array may take.
     bytes_per_value : int

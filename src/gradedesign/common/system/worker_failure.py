@@ -47,7 +47,6 @@ class Ending:
         Where it ran.
     code : int or None
         Exit code, minus the signal that ended it, or None at the time limit.
-    time_limit_s : float
     memory_limit_bytes : int
         Of its address space.
     """
@@ -72,7 +71,6 @@ def worker_error(ending: Ending, bytes_to_start: int | None) -> GradeDesignError
 
     Parameters
     ----------
-    ending : Ending
     bytes_to_start : int or None
         Address space it takes before it begins to work, where it did not get as far and that is
         known.

@@ -107,10 +107,6 @@ def parse_formula(text: str, *, variables: tuple[str, ...] = VARIABLES) -> Formu
     variables : tuple of str
         Names of its variables.
 
-    Returns
-    -------
-    Formula
-
     Raises
     ------
     CaseError
@@ -142,7 +138,6 @@ def evaluate_formula(formula: Formula, values: Mapping[str, FloatArray]) -> Floa
 
     Parameters
     ----------
-    formula : Formula
     values : mapping of str to (...) array
         At least every variable that occurs; shapes that broadcast.
 

@@ -56,7 +56,6 @@ def locating(where: Where, key: str) -> Iterator[None]:
 
     Parameters
     ----------
-    where : Where
     key : str
         Dotted key that asked for what is done inside. An error whose message starts with a key
         of a case file, such as ``region.tip: ...``, keeps its own; one that has its place already

@@ -106,10 +106,6 @@ def problems_of(
         Key of the validated value in the file.
     layout : type of BaseModel
         Layout of the whole file, to look up what a table may hold.
-
-    Yields
-    ------
-    Problem
     """
     problems = []
     for error in errors:

@@ -35,7 +35,6 @@ def mistake(message: str, rows: Sequence[str], row: int) -> str:
         Of the parser.
     rows : sequence of str
         Lines of the file.
-    row : int
     """
     line = rows[row]
     if len(line) > _LONGEST:

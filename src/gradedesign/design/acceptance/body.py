@@ -21,7 +21,6 @@ class Body:
 
     Attributes
     ----------
-    volume_mm3 : float
     components : int
         Connected solids.
     cavities : int
@@ -31,7 +30,6 @@ class Body:
     handles : int or None
         Sum of the genera of all shells: 1 of a ring, 0 of a ball. None where edges are shared by
         more than two triangles, so that the surface has no genus.
-    triangles : int
     """
 
     volume_mm3: float
@@ -83,7 +81,6 @@ def void_warnings(voids: int, voids_mm3: float, solid_mm3: float) -> tuple[str, 
 
     Parameters
     ----------
-    voids : int
     voids_mm3, solid_mm3 : float, mm^3
         Volume of the voids together, and of the solid.
     """

@@ -29,7 +29,6 @@ class PrintedBody:
     ----------
     volumes_mm3 : mapping of phase to float
         Phases that the solid has; together the volume that the file encloses.
-    thickness : WallThickness
     comparison : BodyComparison
         With the solid of the explicit analysis.
     joints_mm3 : float

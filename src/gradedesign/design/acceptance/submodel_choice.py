@@ -121,10 +121,9 @@ def most_stressed_submodels(
     eligible : (M,) bool array
         Lattice outside the exclusion radius of supports and loads.
     percentile : float
+        Of the volume, per cent.
     cells : CellMap or float, mm
         Cells of a map, or the edge of cubes.
-    count : int
-    room : Room
 
     Returns
     -------

@@ -40,7 +40,6 @@ def first_spacing(analysis: ExplicitAnalysis, spacing: float, cell: Cell) -> flo
         Of the iterations.
     spacing : float, mm
         Edge of its elements.
-    cell : Cell
     """
     return spacing * analysis.elements_per_wall(cell) / FINITE_CELLS.elements_per_wall(cell)
 
@@ -74,7 +73,6 @@ def finer_estimate(
 
     Parameters
     ----------
-    planned : PlannedSolid
     spacing : float, mm
     earlier_unknowns : int
         Unknowns of the iteration's analysis.
@@ -105,7 +103,6 @@ def judged_seconds(
 
     Parameters
     ----------
-    planned : PlannedSolid
     spacing : float, mm
         Of the first.
     earlier_unknowns : int

@@ -51,10 +51,6 @@ def reference_problems(data: Mapping[str, Any]) -> Iterator[Problem]:
     ----------
     data : mapping
         The file as TOML gave it; may be wrong in any other way.
-
-    Yields
-    ------
-    Problem
     """
     regions = _names(data.get("region"))
     if len(regions) > _MOST_REGIONS:

@@ -81,7 +81,6 @@ def beyond_yield(limits: LimitsSpec, strength: float, modulus: float, *, name: s
 
     Parameters
     ----------
-    limits : LimitsSpec
     strength, modulus : float, MPa
         Yield strength, not a number where none is known, and Young's modulus.
     name : str

@@ -10,12 +10,7 @@ from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 
 
 def outer_problems(lattice: LatticeSpec, spec: PrintSpec | None) -> Iterator[Problem]:
-    """Find keys that would open the triangles that ``[print] outer = "cad"`` keeps.
-
-    Yields
-    ------
-    Problem
-    """
+    """Find keys that would open the triangles that ``[print] outer = "cad"`` keeps."""
     if spec is None or spec.outer != "cad":
         return
     key = ("print", "outer")

@@ -17,12 +17,7 @@ LEAST_ELEMENTS = 4
 
 
 def grid_problems(lattice: LatticeSpec, run: RunSpec) -> Iterator[Problem]:
-    """Find a stated grid of the explicit analysis that is too coarse for the cells.
-
-    Yields
-    ------
-    Problem
-    """
+    """Find a stated grid of the explicit analysis that is too coarse for the cells."""
     stated, most = run.explicit_mesh_size, lattice.cell_size / LEAST_ELEMENTS
     if stated is not None and stated > most:
         yield Problem(
@@ -33,12 +28,7 @@ def grid_problems(lattice: LatticeSpec, run: RunSpec) -> Iterator[Problem]:
 
 
 def feather_problems(spec: PrintSpec | None) -> Iterator[Problem]:
-    """Find a limit on feather edges without the wall that they are thinner than.
-
-    Yields
-    ------
-    Problem
-    """
+    """Find a limit on feather edges without the wall that they are thinner than."""
     if spec is not None and spec.min_wall is None and spec.limits.feather_edges is not None:
         yield Problem(
             key=("print", "limits", "feather_edges"),
@@ -48,12 +38,7 @@ def feather_problems(spec: PrintSpec | None) -> Iterator[Problem]:
 
 
 def wall_problems(lattice: LatticeSpec, spec: PrintSpec | None) -> Iterator[Problem]:
-    """Find cells too small for the stated thinnest wall, and stated walls no printer has.
-
-    Yields
-    ------
-    Problem
-    """
+    """Find cells too small for the stated thinnest wall, and stated walls no printer has."""
     if spec is None:
         return
     for key, what in (

@@ -76,7 +76,6 @@ def unjudged_words(
 
     Parameters
     ----------
-    rows : sequence of LimitRow
     refused : sequence of str
         Resolutions that could not be analysed.
     not_meshed : sequence of str

@@ -36,15 +36,12 @@ def judge_left(
 
     Parameters
     ----------
-    stages : Stages
-    iterations : tuple of DesignIteration
     factors : Factors
         Accepted over explicit values, by the last acceptance.
     last : Judged or None
         Design that was judged last.
     held : Accepted or None
         The design that acceptance held.
-    ended : Ended
     tried : set of int
         Numbers of the iterations that were judged, which ``stages.accept`` completes.
 
@@ -53,7 +50,6 @@ def judge_left(
     accepted : Accepted or None
         The lightest design that holds, else the last one that was refused here; None if nothing
         holds and nothing was judged here.
-    ended : Ended
     """
     if held is not None:
         if ended.by == "iterations" and last is not None:

@@ -72,11 +72,9 @@ class Outcome:
 
     Attributes
     ----------
-    iterations : tuple of DesignIteration
     accepted : Accepted or None
         The lightest design that acceptance held, else the last that it refused; None if none came
         so far.
-    ended : Ended
     """
 
     iterations: tuple[DesignIteration, ...]
@@ -117,7 +115,6 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
 
     Parameters
     ----------
-    stages : Stages
     start : Progress, optional
         Of the run that is resumed.
 

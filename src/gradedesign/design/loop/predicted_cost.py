@@ -34,7 +34,6 @@ class RunWork:
     ----------
     part_dofs : int
         Unknowns of the part's own mesh.
-    load_cases : int
     adjoint_solves : int
         That limits by gradient cost sizing beside the solves of the load cases.
     explicit_dofs : int
@@ -103,7 +102,6 @@ class CostPrediction:
 
     Attributes
     ----------
-    part_dofs, explicit_dofs : int
     memory_bytes : int
         That the explicit analysis asks of [run] memory before it begins.
     sizing_s : float, s
@@ -150,15 +148,10 @@ def predict_cost(
 
     Parameters
     ----------
-    work : RunWork
     speed : Speed
         Of this machine and case; what was measured on small cases by default.
     learned : bool
         Whether ``speed`` comes from a finished iteration of the run itself.
-
-    Returns
-    -------
-    CostPrediction
     """
     sizing = sizing_seconds(work, speed, FIRST_SIZING_ITERATIONS[0])
     mesh, solve = speed.mesh * work.explicit_mesh_s, speed.solve * work.explicit_solve_s
@@ -224,10 +217,6 @@ def learned_speed(
         ``sizing``, ``explicit mesh``, ``explicit solve``; a stage that is missing teaches nothing.
     speed : Speed
         For the other stages.
-
-    Returns
-    -------
-    Speed
     """
     believed = {
         "sizing": sizing_seconds(work, speed, iterations),

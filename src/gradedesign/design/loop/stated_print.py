@@ -44,7 +44,6 @@ class SurfaceMeasures:
     ----------
     islands : Islands
         Disconnected components that were removed from it.
-    thickness : WallThickness
     printability : Printability or None
         How it is made, where the case has ``[print]``.
     grid : CellGrid

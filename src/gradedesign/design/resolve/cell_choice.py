@@ -22,13 +22,10 @@ class CellChoice:
 
     Attributes
     ----------
-    cell : Cell
-    law : ScalingLaw
     bounds : (float, float)
         Intersection of the user's, the family's, the law's and the printer's density windows.
     elements_per_wall : float
         Elements of the explicit analysis across the thinnest wall.
-    layout : CellLayout
     zoning : Zoning or None
         Zones whose cells or densities differ; cell, law and elements are then those of what lies
         in no zone, ``bounds`` the least and the largest density of all.

@@ -31,7 +31,6 @@ def choose_law(
 
     Parameters
     ----------
-    registry : Registry
     family : str
         Name of the cell family.
     law : str

@@ -35,7 +35,6 @@ def rebuilt(
         With holes, doubled or turned triangles, or parts that pass through each other.
     spacing : float, mm
         Of the grid.
-    memory_limit_bytes : int
     where : str
         The key of the case, for messages.
 

@@ -96,13 +96,10 @@ def placed_cells(
 
     Parameters
     ----------
-    case : Case
-    cells : Cells
     cell_map : callable
         Points ``(3, ...)`` mm to ``(3, ...)`` cell coordinates.
     density : DensityGrid or float
         A transition must be connected at its least value; a parameter may follow it.
-    domain : DesignDomain
 
     Raises
     ------

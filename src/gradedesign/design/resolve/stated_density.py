@@ -42,10 +42,8 @@ def stated_density(
 
     Parameters
     ----------
-    case : Case
     source : callable, optional
         Takes the place of the case's density.
-    domain : DesignDomain
     window : (float, float)
         Densities the cell, and the printer, allow.
     level_of : callable

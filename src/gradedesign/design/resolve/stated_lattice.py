@@ -42,11 +42,8 @@ class StatedLattice:
 
     Attributes
     ----------
-    case : Case
-    part : Part
     cells : Cells
         Before they are placed.
-    design : LatticeDesign
     wall : float, mm
         Thinnest wall or strut at the least density.
     material : Material or None
@@ -100,9 +97,6 @@ def stated_lattice(
 
     Parameters
     ----------
-    case : Case
-    registry : Registry
-    part : Part
     source : callable, optional
         Points ``(3, n)`` mm to relative density ``(n,)``, in place of the case's density.
 

@@ -16,8 +16,6 @@ def stated_law(
 
     Parameters
     ----------
-    stated : StatedLaw
-    cell : Cell
     density : (float, float)
         Relative densities that the case allows; the law is checked where the cell has them.
     poissons_ratio : float

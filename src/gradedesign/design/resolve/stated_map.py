@@ -36,11 +36,8 @@ def stated_map(
 
     Parameters
     ----------
-    case : Case
-    part : Part
     cell : Cell
         Of the (first) family: graded size follows its walls.
-    density : DensityGrid or float
     distance : callable
         Signed distance of the part.
     points : (3, n) array, mm
@@ -48,7 +45,6 @@ def stated_map(
 
     Returns
     -------
-    cell_map : CellMap
     report : dict
         Local size and shear, folds, and how well wanted sizes are met; plain data.
 

@@ -25,7 +25,6 @@ class Zone:
 
     Attributes
     ----------
-    name : str
     cell : int
         Number of its cell.
     bounds : (float, float)
@@ -46,7 +45,6 @@ class Zoning:
 
     Attributes
     ----------
-    zones : tuple of Zone
     cells : Cells
         Different ones, that of the first zone first.
     laws : tuple of ScalingLaw
@@ -161,7 +159,6 @@ def thinnest_feature(
 
     Parameters
     ----------
-    zoning : Zoning
     points : (3, m) array, mm
         That fill the lattice.
     density : (m,) array

@@ -26,10 +26,8 @@ def stamped(
 
     Parameters
     ----------
-    out : RunFolder
     case : Case
         Whose part files are read again for their checksums.
-    result : RunResult
     printed : iterable of str
         Names of the files of the printed lattice; those that were not written are left out.
     """

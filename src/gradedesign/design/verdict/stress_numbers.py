@@ -21,7 +21,6 @@ class StressNumber:
     Attributes
     ----------
     stress : float, MPa
-    words : str
     """
 
     stress: float
@@ -34,7 +33,6 @@ class PhaseStress:
 
     Attributes
     ----------
-    title : str
     numbers : tuple of StressNumber
         That of the limit first, where the load case governs one.
     note : str

@@ -43,7 +43,6 @@ def calibrate(
 
     Parameters
     ----------
-    family : CellFamily
     parameters : mapping of str to float, optional
         Override the family's defaults.
     resolution : int

@@ -22,7 +22,6 @@ class Cell:
 
     Attributes
     ----------
-    family : CellFamily
     parameters : mapping of str to float
         Complete.
     density, level : (k,) arrays

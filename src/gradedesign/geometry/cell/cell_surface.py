@@ -57,7 +57,6 @@ def cell_surface(cell: Cell, rho: FloatArray | float, cell_size: float) -> CellS
 
     Parameters
     ----------
-    cell : Cell
     rho : (...) array
         Relative density; beyond the cell's window, what is at its end.
     cell_size : float, mm

@@ -36,7 +36,6 @@ class Cells:
 
     Attributes
     ----------
-    members : tuple of n Cell
     window : (float, float)
         Densities for which they can be built.
     exist : str
@@ -158,7 +157,6 @@ def cell_pair(
 
     Parameters
     ----------
-    first, second : Cell
     scale : {"rank", "distance"}
         Common scale on which they mix.
     shift : (float, float, float), cells
@@ -202,10 +200,8 @@ def cell_increments(
 
     Parameters
     ----------
-    family : CellFamily
     parameters : mapping of str to float or None
         The others.
-    parameter : str
     ends : (float, float)
         First and last value.
     count : int

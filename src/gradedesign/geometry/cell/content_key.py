@@ -15,10 +15,6 @@ PROBES = 2000
 def cell_key(cell: Cell) -> str:
     """Content key of a cell with its parameters and levels, for answers kept in the user's cache.
 
-    Parameters
-    ----------
-    cell : Cell
-
     Returns
     -------
     str

@@ -42,7 +42,6 @@ def formula_cell(
 
     Parameters
     ----------
-    name : str
     formula : str
         In x, y, z, 0 to 1 in the cell, its parameters, and what `parse_formula` knows.
     kind : {"network", "sheet"}
@@ -51,10 +50,6 @@ def formula_cell(
         Of the effective stiffness; declared cubic symmetry is checked when it is computed.
     parameters : sequence of (str, float)
         Names and defaults; ``[lattice.parameters]`` of a case overrides them.
-
-    Returns
-    -------
-    CellFamily
 
     Raises
     ------

@@ -53,14 +53,7 @@ def make_cell(
 
     Parameters
     ----------
-    maker : CellMaker
-    name : str
     options : mapping of str to plain data
-    file : Path or None
-
-    Returns
-    -------
-    CellFamily
 
     Raises
     ------

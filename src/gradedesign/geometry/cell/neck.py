@@ -72,6 +72,7 @@ def measure_neck(
     pair : Cells
         Two that pass into each other.
     density : float
+        Relative density.
     length : float, cells
         Of the transition; the weight rises by 3 s^2 - 2 s^3.
     pure : int

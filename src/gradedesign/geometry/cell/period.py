@@ -24,7 +24,6 @@ def require_period(family: CellFamily, parameters: Mapping[str, float]) -> None:
 
     Parameters
     ----------
-    family : CellFamily
     parameters : mapping of str to float
         Complete.
 

@@ -39,7 +39,6 @@ def evaluate_shape(
 
     Parameters
     ----------
-    family : CellFamily
     parameters : mapping of str to float
         Complete, see `complete_parameters`.
     u : (3, ...) array, cell units

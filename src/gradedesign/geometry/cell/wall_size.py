@@ -66,7 +66,6 @@ def wall_mm(
 
     Parameters
     ----------
-    cell : Cell
     rho : (...) array
         Relative density.
     cell_size : (...) array, mm

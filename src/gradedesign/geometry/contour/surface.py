@@ -165,8 +165,6 @@ def contour(
 
     Parameters
     ----------
-    field : callable
-    grid : BoxedGrid
     sides : (a, b, c) uint8 array, optional
         Of the cubes, see `cube_sides`; all are near by default.
     fit : VolumeFit, optional

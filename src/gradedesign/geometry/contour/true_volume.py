@@ -112,7 +112,6 @@ def fitted_vertices(
         First node and spacing.
     gap : float
         How far from the ends of its edge a vertex stays, in grid spacings.
-    fit : VolumeFit
     counts : (p, q, r) int array
         Grid nodes inside, by cell.
 
@@ -155,7 +154,6 @@ def _move(
 
     Parameters
     ----------
-    field : callable
     target : tuple
         Vertices, faces, axes, held vertices, grid, gap and fit of `fitted_vertices`.
     rule : ((k, 3) array, float)

@@ -71,7 +71,6 @@ def blend_union(first: Field, second: Field, radius: float) -> Field:
 
     Parameters
     ----------
-    first, second : Field
     radius : float, mm
 
     Raises

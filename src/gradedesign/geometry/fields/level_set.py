@@ -24,7 +24,6 @@ def periodic_distance_to_level_set(
     ----------
     function : callable
         Points ``(3, ...)`` in cell units to ``(...)``, smooth near the level set, period 1.
-    level : float
     resolution : int
         Grid steps per cell.
 
@@ -59,7 +58,6 @@ def level_set_points(
     ----------
     function : callable
         Points ``(3, ...)`` in cell units to ``(...)``.
-    level : float
     resolution : int
         Grid steps per cell.
     newton_steps : int

@@ -40,8 +40,6 @@ class BodyReader:
 
     Attributes
     ----------
-    model : ThreemfModel
-    roles : ThreemfRoles
     scale : float, mm
         A unit of the model.
     found : list of FileBody

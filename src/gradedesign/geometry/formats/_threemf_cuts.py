@@ -80,7 +80,6 @@ def without_cutters(
 
     Parameters
     ----------
-    body : PlacedBody
     scale : float, mm
         A unit of the file.
     source : str

@@ -10,7 +10,6 @@ class ResourceId(NamedTuple):
 
     Attributes
     ----------
-    number : str
     model : str
         Entry of the package with the model; empty for the root model.
     """

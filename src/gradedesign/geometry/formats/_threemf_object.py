@@ -18,7 +18,6 @@ class ThreemfMarks:
     ----------
     label : str
         What it is, for messages.
-    printable : bool
     roles : dict of str to bool
         Whether each piece of Cura's metadata about roles holds.
     """
@@ -36,10 +35,8 @@ class ThreemfObject:
     ----------
     kind : str
         Type of the core specification.
-    name : str or None
     color : (ResourceId, str) or None
         Group and index that a triangle has where it states none.
-    marks : ThreemfMarks
     vertices, triangles : arrays
         Three numbers each, in a row.
     colors : list of ((ResourceId, str) or None)

@@ -128,8 +128,6 @@ class Package:
 
         Parameters
         ----------
-        name : str
-        handler : Handler
         namespaces : bool
             False for names of elements as the file writes them: slicers' metadata has prefixes
             that it does not declare.

@@ -52,7 +52,6 @@ def read_vtu_pieces(path: Path, memory_limit_bytes: int) -> list[VtuPiece]:
 
     Parameters
     ----------
-    path : Path
     memory_limit_bytes : int
         For the file and its arrays.
 

@@ -24,7 +24,6 @@ class PlannedPrint:
         Of the cell where it is made of struts, and of no other cell beside it.
     cell_map : CellMap or None
         None where it follows from the design: cells of graded size, or along directions.
-    domain : DesignDomain
     layer_height : float or None, mm
         As the case states it.
     """

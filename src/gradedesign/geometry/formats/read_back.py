@@ -24,10 +24,8 @@ def require_read_back(
 
     Parameters
     ----------
-    path : Path
     pieces : iterable of (k, 3, 3) arrays, mm
         Corners of the triangles, some at a time.
-    surface : SurfaceMesh
     holds : str
         Size of the file in words, for the message.
 

@@ -43,10 +43,6 @@ def read_stl(path: Path) -> RawTriangles:
 
     Facet normals are ignored: the order of the corners says where outside is.
 
-    Parameters
-    ----------
-    path : Path
-
     Returns
     -------
     RawTriangles

@@ -29,7 +29,6 @@ def write_vtu(
 
     Parameters
     ----------
-    path : Path
     mesh : TetMesh or (points, elements)
         Points ``(3, N)`` mm and elements ``(k, M)`` in VTK's order of nodes: tetrahedra of 4 or 10
         (the last six on the edges 01, 12, 02, 03, 13, 23), hexahedra of 8 or 27.

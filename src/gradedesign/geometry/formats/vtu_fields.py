@@ -41,7 +41,6 @@ def read_vtu_field(
 
     Parameters
     ----------
-    path : Path
     name : str, optional
         Of the field; not needed where there is only one.
     memory_limit_bytes : int
@@ -49,7 +48,6 @@ def read_vtu_field(
 
     Returns
     -------
-    mesh : TetMesh
     values : (n,) array
     at : {"points", "elements"}
         What the values belong to.
@@ -71,7 +69,6 @@ def read_vtu_tensor(
 
     Parameters
     ----------
-    path : Path
     name : str, optional
         Of the field; not needed where there is only one.
     memory_limit_bytes : int
@@ -79,7 +76,6 @@ def read_vtu_tensor(
 
     Returns
     -------
-    mesh : TetMesh
     values : (n, 3, 3) array
         From 9 components row by row, from 6 in VTK's order xx, yy, zz, xy, yz, xz, or from a
         direction v of 3 components, ``v v^T / |v|``.

@@ -43,7 +43,6 @@ def write_stl(path: Path, surface: SurfaceMesh, records: bytes = b"") -> str:
 
     Parameters
     ----------
-    path : Path
     surface : SurfaceMesh
         mm, outward oriented.
     records : bytes

@@ -24,7 +24,6 @@ class CellLayout:
 
     Attributes
     ----------
-    cell_map : CellMap
     points : (3, n) array, mm
         That fill the lattice evenly.
     typical : float, mm
@@ -56,17 +55,12 @@ def cell_layout(
 
     Parameters
     ----------
-    cell_map : CellMap
     points : (3, n) array, mm
         That fill the lattice evenly.
     edges : (3,) sequence, mm
         Of the cell that the law describes.
     wanted : callable, optional, mm
         Nominal size.
-
-    Returns
-    -------
-    CellLayout
 
     Raises
     ------

@@ -77,7 +77,6 @@ def density_grid_from_elements(
 
     Parameters
     ----------
-    mesh : TetMesh
     rho : (m,) array
         Relative density of every element.
     spacing : float, mm
@@ -86,10 +85,6 @@ def density_grid_from_elements(
         By which the grid is larger than the mesh on every side.
     memory_limit_bytes : float
         What the grid may take.
-
-    Returns
-    -------
-    DensityGrid
 
     Raises
     ------

@@ -62,10 +62,6 @@ def sample_density(
     memory_limit_bytes : int
         What the grid may take.
 
-    Returns
-    -------
-    DensityGrid
-
     Raises
     ------
     DensityError

@@ -70,7 +70,6 @@ def read_points(path: Path, *, memory_limit_bytes: int) -> tuple[FloatArray, Flo
 
     Parameters
     ----------
-    path : Path
     memory_limit_bytes : int
         What reading the file may take.
 
@@ -136,10 +135,6 @@ def remap_points(
         The least density without it.
     memory_limit_bytes : int
         What the grid may take.
-
-    Returns
-    -------
-    PointMap
 
     Raises
     ------

@@ -61,7 +61,6 @@ def printed_surface(
 
     Parameters
     ----------
-    design : LatticeDesign
     part : SurfaceMesh
         As for `trimmed_surface`.
     step : float, mm

@@ -95,7 +95,6 @@ def slab_density(
 
     Parameters
     ----------
-    design : LatticeDesign
     lattice : callable
         Its field, trimmed by the part, with skin and passive regions.
     surface : SurfaceMesh
@@ -107,10 +106,6 @@ def slab_density(
     thickness : float, mm
     depth : callable, optional
         Distance of the part, right in sign and where skins end; by default that of the design.
-
-    Returns
-    -------
-    SlabDensities
 
     Raises
     ------
@@ -193,9 +188,6 @@ def layered_density(
 
     Parameters
     ----------
-    design : LatticeDesign
-    field : FieldPoints
-    part : SurfaceMesh
     printed : sequence of ((k,) array, (k,) array)
         Middles of thin slices across each axis, mm, and the volume printed in them, mm^3; a slice
         counts for the slab of its middle.
@@ -245,7 +237,6 @@ def volumes_below(surface: SurfaceMesh, axis: int, planes: FloatArray) -> FloatA
     ----------
     surface : SurfaceMesh
         Closed and outward oriented.
-    axis : int
     planes : (k,) array, mm
     """
     middle = float(surface.vertices[:, axis].mean())  # so that large coordinates cancel

@@ -31,7 +31,6 @@ def tet_density(
 
     Parameters
     ----------
-    mesh : TetMesh
     values : (n,) or (m,) array
         Relative density, at points or of elements.
     at : {"points", "elements"}

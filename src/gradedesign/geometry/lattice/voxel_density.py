@@ -24,7 +24,6 @@ def read_voxel_array(path: Path, *, memory_limit_bytes: int) -> NDArray[np.gener
 
     Parameters
     ----------
-    path : Path
     memory_limit_bytes : int
         What reading it and making densities of it may take.
 

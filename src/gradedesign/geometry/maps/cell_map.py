@@ -69,10 +69,6 @@ def uniform_map(
     rotation : (3, 3) array, optional
         Columns are the cell axes in global coordinates.
 
-    Returns
-    -------
-    CellMap
-
     Raises
     ------
     CaseError
@@ -122,7 +118,6 @@ def require_regular(cell_map: CellMap, points: FloatArray) -> None:
 
     Parameters
     ----------
-    cell_map : CellMap
     points : (3, ...) array, mm
         Points inside the part.
 

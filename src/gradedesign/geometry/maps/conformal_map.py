@@ -117,15 +117,10 @@ def layered_map(
     near, far : callable
         Points ``(3, ...)`` mm to the distance from either surface ``(...)``, mm, positive between
         them. The third coordinate is ``layers near / (near + far)``.
-    layers : int
     size : float or (2,) sequence, mm
         Edges of a cell across ``normal``.
     normal, reference, origin
         As for :func:`conformal_map`.
-
-    Returns
-    -------
-    CellMap
 
     Raises
     ------

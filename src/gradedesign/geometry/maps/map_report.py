@@ -98,7 +98,6 @@ def map_report(
 
     Parameters
     ----------
-    cell_map : CellMap
     points : (3, n) array, mm
         Inside the part, such as :func:`volume_points` or centroids of its tetrahedra.
     weights : (n,) array, optional
@@ -108,10 +107,6 @@ def map_report(
     axes : (3, 3) array_like, optional
         Columns are the directions that the cell axes should have; those of the coordinates by
         default.
-
-    Returns
-    -------
-    MapReport
 
     Raises
     ------

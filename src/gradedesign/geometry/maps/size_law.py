@@ -129,7 +129,6 @@ def densities_for_sizes(
 
     Parameters
     ----------
-    cell : Cell
     wall : float, mm
     sizes : (float, float), mm
         Least and largest.

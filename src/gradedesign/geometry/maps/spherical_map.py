@@ -46,10 +46,6 @@ def spherical_map(
     reference : (3,) sequence, optional
         Direction of the first meridian, see :func:`gradedesign.geometry.maps.cell_map.frame_along`.
 
-    Returns
-    -------
-    CellMap
-
     Raises
     ------
     CaseError

@@ -24,7 +24,6 @@ class MorphingSphere:
     outer_radius : float, mm
         Beyond it nothing changes; between the two, the transition zone, cells are squashed (or,
         for a magnification below 1, stretched) along the radius.
-    magnification : float
     """
 
     centre: FloatArray
@@ -64,7 +63,6 @@ def warp_map(base: CellMap, spheres: Sequence[MorphingSphere]) -> CellMap:
 
     Parameters
     ----------
-    base : CellMap
     spheres : sequence of MorphingSphere
         None may overlap.
 

@@ -33,7 +33,6 @@ class Clusters:
 
     Attributes
     ----------
-    surface : SurfaceMesh
     label : (m,) int array
         Cluster of every facet.
     facets : tuple of int arrays

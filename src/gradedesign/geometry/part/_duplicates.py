@@ -24,7 +24,6 @@ def drop_duplicates(faces: IntArray) -> tuple[IntArray, int]:
     Returns
     -------
     faces : (k, 3) int array
-    removed : int
     """
     if len(np.unique(np.sort(faces, axis=1), axis=0)) == len(faces):
         return faces, 0

@@ -41,7 +41,6 @@ class FacetSheet:
 
     Attributes
     ----------
-    clusters : Clusters
     corners : (m, 3, 3) array, mm
     pairs : (e, 2) int array
         Facets that share an edge.
@@ -99,7 +98,6 @@ def from_seeds(
 
     Parameters
     ----------
-    sheet : FacetSheet
     free : (m,) bool array
         Facets that may be seeds.
     taken : (m,) bool array

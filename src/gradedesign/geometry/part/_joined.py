@@ -46,7 +46,6 @@ class Settled:
         Solids that were joined with others, or with themselves.
     words : str
         Which solids touch, for a message; empty where none do any more.
-    notes : tuple of str
     """
 
     vertices: FloatArray
@@ -68,12 +67,10 @@ def settle_touches(
         As they are; outward, voids reversed, without common vertices.
     owner : (s,) int array
         Shell of the solid that each shell bounds.
-    touches : Touches
     bodies : {"one", "join", "all"}
         With ``one`` those of different solids are left, and named.
     margin : float, mm
         Edges shorter than this are none.
-    source : str
 
     Raises
     ------

@@ -34,7 +34,6 @@ def manifold_shells(
         Consistently oriented.
     tolerance : float, mm
         Within which facets coincide.
-    source : str
 
     Returns
     -------

@@ -33,7 +33,6 @@ def orient_consistently(vertices: FloatArray, faces: IntArray, source: str) -> t
     Returns
     -------
     faces : (m, 3) int array
-    flipped : int
 
     Raises
     ------

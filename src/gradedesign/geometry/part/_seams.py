@@ -34,7 +34,6 @@ def join_seams(vertices: FloatArray, faces: IntArray, tolerance: float) -> tuple
     -------
     faces : (k, 3) int array
         As they came where fewer edges would not be odd.
-    split : int
     """
     edges = face_edges(faces)
     open_side = np.flatnonzero(edges.count[edges.edge_of] == 1)

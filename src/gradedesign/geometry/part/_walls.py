@@ -103,7 +103,6 @@ def find_walls(sheet: FacetSheet, cylindrical: BoolArray) -> list[tuple[str, Wal
 
     Parameters
     ----------
-    sheet : FacetSheet
     cylindrical : (m,) bool array
         Facets of faces that are known as cylinders.
 

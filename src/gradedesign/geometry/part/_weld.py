@@ -121,7 +121,6 @@ def drop_degenerate(vertices: FloatArray, faces: IntArray, diagonal: float) -> t
     Returns
     -------
     faces : (k, 3) int array
-    removed : int
     """
     a, b, c = faces.T
     distinct = faces[(a != b) & (b != c) & (c != a)]

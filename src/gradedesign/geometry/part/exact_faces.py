@@ -28,13 +28,8 @@ def exact_faces(surface: SurfaceMesh, file_faces: FileFaces) -> SmoothFaces:
 
     Parameters
     ----------
-    surface : SurfaceMesh
     file_faces : FileFaces
         On that surface, with ``surfaces``; triangles of no face become faces of kind ``other``.
-
-    Returns
-    -------
-    SmoothFaces
     """
     pairs = face_edges(surface.faces).pairs
     vectors = area_vectors(surface)

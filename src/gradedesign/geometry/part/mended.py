@@ -41,7 +41,6 @@ class Mended:
         The repairer's.
     moved : float, mm
         Farthest that the file's surface lies from it.
-    notes : tuple of str
     """
 
     corners: FloatArray
@@ -57,7 +56,6 @@ def mended(corners: FloatArray, mend: Mend, *, name: str, source: str) -> Mended
     Parameters
     ----------
     corners : (m, 3 corners, 3 coordinates) array, mm
-    mend : callable
     name, source : str
         The repairer's and the file's, for messages.
 

@@ -92,7 +92,6 @@ def mesh_part(
         Of the mesher's process.
     cache : bool
         Use and fill the user's cache.
-    mesher : Mesher
 
     Returns
     -------
@@ -223,7 +222,6 @@ def region_facets(mesh: TetMesh, corners: ArrayLike, *, tolerance: float) -> Reg
 
     Parameters
     ----------
-    mesh : TetMesh
     corners : (k, 3 corners, 3 coordinates) array_like, mm
         Triangles of the region, counter-clockwise seen from outside.
     tolerance : float, mm
@@ -278,7 +276,6 @@ def check_region_area(
 
     Parameters
     ----------
-    region : RegionFacets
     expected : float, mm^2
     name : str
         Used in the message.

@@ -33,7 +33,6 @@ class RawTriangles:
         ``mm``, ``cm``, ``m`` or ``inch``; None where the format carries none and the case says it.
     faces : FileFaces or None
         Face of every triangle, where the format tells faces, bodies or colours apart.
-    warnings : tuple of str
     chord_tolerance : float or None, mm
         Within which the triangles follow the curved faces of a format that has them.
     file_bodies : tuple of FileBody

@@ -45,11 +45,9 @@ class RepairReport:
 
     Attributes
     ----------
-    facets_read, facets_kept : int
     vertices_welded : int
         Distinct points that were joined to a neighbour within the tolerance.
     weld_tolerance : float, mm
-    degenerate_removed, duplicates_removed : int
     facets_split : int
         On whose open edges corners of others lie, within the tolerance of welding.
     facets_flipped : int
@@ -63,7 +61,6 @@ class RepairReport:
     fragments_dropped : int
         Disconnected components under 0.1 % of the volume of the largest, together under 1 % of the
         part's.
-    holes_filled : int
     facets_folded : int
         Of one body, in pairs that faced each other.
     touching_edges : int
@@ -72,10 +69,8 @@ class RepairReport:
         Solids with common faces that were united, and bodies that touched themselves.
     common_area : float, mm^2
         Of the faces in which solids of the file touch.
-    bodies, voids : int
     repairer : mapping of str to int
         Changes that the repairer of a plugin counts.
-    warnings : tuple of str
     """
 
     facets_read: int
@@ -131,7 +126,6 @@ def build_surface(
     -------
     surface : SurfaceMesh
         Closed; solids outward, voids inward.
-    report : RepairReport
 
     Raises
     ------

@@ -101,7 +101,6 @@ def round_shapes(surface: SurfaceMesh, faces: SmoothFaces) -> tuple[RoundShapes,
 
     Parameters
     ----------
-    surface : SurfaceMesh
     faces : SmoothFaces
         Of that surface.
 

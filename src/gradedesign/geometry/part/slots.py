@@ -63,7 +63,6 @@ def find_slots(surface: SurfaceMesh, faces: SmoothFaces) -> tuple[Slot, ...]:
 
     Parameters
     ----------
-    surface : SurfaceMesh
     faces : SmoothFaces
         Of that surface.
 

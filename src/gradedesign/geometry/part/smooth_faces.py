@@ -101,10 +101,6 @@ def segment_faces(surface: SurfaceMesh) -> SmoothFaces:
     ----------
     surface : SurfaceMesh
         Closed and outward.
-
-    Returns
-    -------
-    SmoothFaces
     """
     clusters = find_clusters(surface, _SHARP_DEG)
     order = np.argsort(clusters.region, kind="stable")

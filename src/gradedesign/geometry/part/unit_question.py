@@ -31,8 +31,6 @@ def unit_that_fits(
     surface : SurfaceMesh
         As read in ``units``, on which a region is not found.
     specs : mapping of str to RegionSpec
-    file_faces : FileFaces or None
-    units : str
     """
     for other, size in UNIT_MM.items():
         ratio = size / UNIT_MM[units]
@@ -63,9 +61,7 @@ def questioning_unit(
 
     Parameters
     ----------
-    surface : SurfaceMesh
     specs : mapping of str to RegionSpec
-    file_faces : FileFaces or None
     units : str or None
         None where the part was read from no file.
 

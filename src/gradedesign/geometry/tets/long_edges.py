@@ -35,7 +35,6 @@ def bisect_long_edges(mesh: TetMesh, longest: float) -> TetMesh:
 
     Parameters
     ----------
-    mesh : TetMesh
     longest : float
         mm.
 

@@ -45,7 +45,6 @@ class MeshedSurface:
 
     Attributes
     ----------
-    mesh : TetMesh
     report : TetReport
         Volume, angles and the number of pieces.
     attempts : tuple of str
@@ -110,10 +109,6 @@ def tetrahedralize(
         Use and fill the user's cache.
     mesher : Mesher
         What runs in the process.
-
-    Returns
-    -------
-    MeshedSurface
 
     Raises
     ------

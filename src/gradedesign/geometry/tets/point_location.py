@@ -97,7 +97,6 @@ def locate(
 
     Parameters
     ----------
-    mesh : TetMesh
     points : (3, n) array, mm
     locator : TetLocator, optional
         Of the same mesh, from :func:`build_locator`, where it is asked more than once.

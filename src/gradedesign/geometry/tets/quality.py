@@ -98,7 +98,6 @@ def require_sound(
 
     Parameters
     ----------
-    mesh : TetMesh
     subject : str
         Names the mesh in the message: ``the explicit lattice at 0.5 mm``.
     expected_volume : float, optional
@@ -109,10 +108,6 @@ def require_sound(
         Number of face-connected pieces that there must be.
     min_dihedral : float, optional
         Least angle allowed, degrees.
-
-    Returns
-    -------
-    TetReport
 
     Raises
     ------

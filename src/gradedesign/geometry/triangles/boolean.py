@@ -72,7 +72,6 @@ class LabelledSurface:
 
     Attributes
     ----------
-    surface : SurfaceMesh
     label : (m,) int array
         -1 or more.
     """
@@ -155,7 +154,6 @@ def cut_capped(
         Closed, manifold, outward oriented; the last ones are the caps.
     caps : int
         Their number. They lie inside the second solid, away from its surface.
-    second : SurfaceMesh
     subject : str
         Names the result in messages.
 

@@ -56,7 +56,6 @@ class PlannedSolid:
         Area of its surface projected along each of three axes, together.
     curvature : float, mm
         Integral of mean curvature over its surface.
-    load_cases : int
     goals : int
         Values of limits whose own error acceptance estimates, each by the solution of a dual.
     """
@@ -75,7 +74,6 @@ class AnalysisEstimate:
 
     Attributes
     ----------
-    unknowns : int
     memory_bytes : int
         That it asks of ``[run] memory``.
     mesh_s, solve_s : float, s
@@ -98,7 +96,6 @@ class Discretisation:
         Mesher, or another way to divide, such as ``"finite cells"``.
     mesh_size : float, mm
         Edge of its elements, reported beside its values.
-    unknowns : int
     requested : float, mm
         Spacing that led here, before it was fitted to the part.
     refused : tuple of str

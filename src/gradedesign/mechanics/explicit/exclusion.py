@@ -21,6 +21,7 @@ class ExclusionZone:
         Places that are left out, such as ``"root"`` or ``"the border of cut"``, with the radius
         around each, mm.
     percentile : float
+        Of the volume, per cent.
     share : dict of phase to float
         Share of the phase's volume within the radius; phases that the solid has.
     everywhere : dict of load case to dict of phase to float, MPa
@@ -57,12 +58,8 @@ def exclusion_zone(
         Index into `measures.PHASES`.
     evaluated : (M,) bool array
         Outside the zones.
-    zones : sequence of SupportZone
     percentile : float
-
-    Returns
-    -------
-    ExclusionZone
+        Of the volume, per cent.
     """
     present = {name: phase == number for number, name in enumerate(PHASES)}
     present = {name: chosen for name, chosen in present.items() if chosen.any()}

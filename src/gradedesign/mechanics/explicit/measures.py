@@ -77,12 +77,9 @@ def stress_measures(
         Outside the exclusion radius of clamped regions.
     limit : float, MPa
     percentile : float
+        Of the volume, per cent.
     cells : CellMap or float, mm
         Kind of neighbourhood: a cell of a map, or a cube of this edge.
-
-    Returns
-    -------
-    tuple of StressMeasure
     """
     measures = []
     for number, name in enumerate(PHASES):

@@ -16,7 +16,6 @@ class Yielding:
 
     Attributes
     ----------
-    load_case : str
     share : float
         Of the volume that no singularity of a support reaches.
     largest : float, MPa
@@ -77,7 +76,6 @@ def yielding_words(found: Yielding | None, body: str, *, limited: bool) -> tuple
 
     Parameters
     ----------
-    found : Yielding or None
     body : str
         Such as ``"the printed solid"``.
     limited : bool

@@ -34,12 +34,7 @@ def loaded_bore(region: Region, force: FloatArray) -> Bore:
 
     Parameters
     ----------
-    region : Region
     force : (3,) array, N
-
-    Returns
-    -------
-    Bore
 
     Raises
     ------
@@ -82,7 +77,6 @@ def bearing_traction(
 
     Parameters
     ----------
-    bore : Bore
     force : (3,) array, N
     points : (3, ...) array, mm
         Points of quadrature on the wall.

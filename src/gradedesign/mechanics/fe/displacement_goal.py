@@ -19,7 +19,6 @@ class DisplacementGoal:
 
     Attributes
     ----------
-    region, load_case : str
     by_displacement : callable
         Derivative of the value by the displacements at points of the region.
     """

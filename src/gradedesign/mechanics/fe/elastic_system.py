@@ -27,11 +27,8 @@ class ElasticSystem:
 
     Attributes
     ----------
-    space : TetSpace
-    stiffness : Stiffness
     matrix : bsr_matrix
         Without supports.
-    solver : LinearSolver
     prepared : dict
         What solvers prepared, by their name and fixed components: later load cases find it here.
     earlier : tuple of (3, N) arrays, mm
@@ -58,18 +55,12 @@ def prepare_elastic(
 
     Parameters
     ----------
-    space : TetSpace
-    stiffness : Stiffness
     solver : LinearSolver
         What the system will be solved by.
     pattern : AssemblyPattern, optional
         Of `space`, to save finding it again.
     earlier : sequence of (3, N) arrays, mm
         Displacements of similar problems, to start iterations from.
-
-    Returns
-    -------
-    ElasticSystem
 
     Raises
     ------

@@ -41,10 +41,8 @@ def evaluate(
 
     Parameters
     ----------
-    space : TetSpace
     matrix : bsr_matrix
         Without supports.
-    case : LoadVector
     x : (3 n,) array, mm
         Displacement of the free components, interleaved; 0 where fixed.
     right : (3 n,) array, N

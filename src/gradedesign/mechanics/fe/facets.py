@@ -48,7 +48,6 @@ def facet_owners(space: TetSpace, facets: ArrayLike) -> tuple[IntArray, IntArray
 
     Parameters
     ----------
-    space : TetSpace
     facets : (k, 3) int array
         Vertex indices, in any order.
 
@@ -105,7 +104,6 @@ def facet_nodes(space: TetSpace, facets: ArrayLike) -> IntArray:
 
     Parameters
     ----------
-    space : TetSpace
     facets : (k, 3) int array
         Vertex indices, in any order.
 

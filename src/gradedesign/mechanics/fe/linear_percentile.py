@@ -22,10 +22,6 @@ def linear_percentile(values: FloatArray, volumes: FloatArray, percentile: float
     percentile : float
         More than 0, at most 100.
 
-    Returns
-    -------
-    float
-
     Raises
     ------
     ValueError
@@ -76,7 +72,6 @@ def share_below(corners: FloatArray, level: float) -> FloatArray:
     ----------
     corners : (4, k) array
         Values at the corners, rising.
-    level : float
     """
     a, b, c, d = corners
     share = np.where(d <= level, 1.0, 0.0)

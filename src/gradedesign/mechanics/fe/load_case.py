@@ -78,8 +78,6 @@ class PartLoadCase:
 
     Attributes
     ----------
-    name : str
-    supports : Supports
     force : (3, N) array, N
         Consistent nodal forces that do not depend on density.
     acceleration : (3,) array, mm/s^2
@@ -108,17 +106,12 @@ def case_loads(
 
     Parameters
     ----------
-    space : TetSpace
     load_cases : sequence of LoadCaseSpecification
         Such as ``[[load_case]]`` of a case file.
     regions : mapping of name to Region
         On the solid part's surface: they define the resultants.
     facets : mapping of name to (k, 3) int array
         The same regions on the surface of the mesh.
-
-    Returns
-    -------
-    tuple of PartLoadCase
 
     Raises
     ------
@@ -158,16 +151,10 @@ def load_vector(
 
     Parameters
     ----------
-    space : TetSpace
-    case : PartLoadCase
     stiffness : Stiffness
         What the thermal strain is held by.
     mass_density : (M,) array, t/mm^3
     thermal_expansion : float, 1/K
-
-    Returns
-    -------
-    LoadVector
     """
     force = mechanical_force(space, case, mass_density)
     if case.temperature_change:

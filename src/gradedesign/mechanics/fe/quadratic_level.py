@@ -20,10 +20,8 @@ class QuadraticLevel:
 
     Attributes
     ----------
-    sweeps : Sweeps
     ends : (2, n) int32 array
         Vertices at the ends of the edge of every node, twice the same at a vertex.
-    restrict : BlockRows
     coarse_keep : (n_coarse,) float32 array
         0 on fixed unknowns of the next coarser level, 1 elsewhere.
     """

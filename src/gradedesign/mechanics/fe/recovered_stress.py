@@ -20,7 +20,6 @@ class RecoveredStress:
 
     Attributes
     ----------
-    space : TetSpace
     nodal : (3, 3, N) array, MPa
         Linear in the eighths of every element, continuous throughout.
     corners : (3, 3, M, 4) array, MPa
@@ -59,10 +58,6 @@ def recovered_stress(
     displacement : (3, N) array, mm
     thermal_strain : float, array or callable
         As in `element_stress`.
-
-    Returns
-    -------
-    RecoveredStress
 
     Raises
     ------

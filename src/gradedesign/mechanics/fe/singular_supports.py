@@ -35,7 +35,6 @@ class SingularSupport:
 
     Attributes
     ----------
-    region : str
     corners : (k, 3 corners, 3 coordinates) array, mm
         Triangles of faces; lines of a border as triangles without area.
     whole : bool
@@ -60,7 +59,6 @@ def singular_supports(
 
     Parameters
     ----------
-    load_cases : sequence of LoadCaseSpec
     regions : mapping of name to Region
     surface : SurfaceMesh
         That the regions lie on.

@@ -14,8 +14,6 @@ class LoadVector:
 
     Attributes
     ----------
-    name : str
-    supports : Supports
     force : (3, n) array, N
         Consistent nodal forces, thermal ones included.
     """
@@ -54,7 +52,6 @@ class Solution:
 
     Attributes
     ----------
-    name : str
     displacement : (3, n) array, mm
     reaction : (3, n) array, N
         Force of the supports on the body; 0 where free.
@@ -66,7 +63,6 @@ class Solution:
         Of conjugate gradients; 0 for a direct solver alone.
     method : str
         Solver that gave the displacement.
-    balance : Balance
     """
 
     name: str

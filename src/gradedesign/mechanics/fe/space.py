@@ -31,7 +31,6 @@ class TetSpace:
 
     Attributes
     ----------
-    mesh : TetMesh
     order : int
         1 or 2.
     nodes : (3, n) array, mm
@@ -82,14 +81,9 @@ def tet_space(mesh: TetMesh, order: int = 2) -> TetSpace:
 
     Parameters
     ----------
-    mesh : TetMesh
     order : int
         1 for linear, 2 for quadratic displacements. Linear ones are 20-50 % too stiff in bending
         and serve for comparison only.
-
-    Returns
-    -------
-    TetSpace
 
     Raises
     ------

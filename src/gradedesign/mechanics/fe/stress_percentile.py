@@ -58,7 +58,6 @@ def stress_percentile(
 
     Parameters
     ----------
-    stress : RecoveredStress
     shares : (8, M) array
         Share of every eighth of an element that is judged, see `judged_shares`.
     percentile : float

@@ -57,13 +57,8 @@ def supports_at(space: TetSpace, prescribed: Iterable[tuple[ArrayLike, Displacem
 
     Parameters
     ----------
-    space : TetSpace
     prescribed : iterable of (nodes, displacement)
         Node indices ``(k,)`` and the displacement in x, y, z, mm; ``None`` is free.
-
-    Returns
-    -------
-    Supports
 
     Raises
     ------
@@ -89,13 +84,8 @@ def supports_on(space: TetSpace, prescribed: Iterable[tuple[ArrayLike, Displacem
 
     Parameters
     ----------
-    space : TetSpace
     prescribed : iterable of (facets, displacement)
         Vertex indices ``(k, 3)`` and the displacement in x, y, z, mm; ``None`` is free.
-
-    Returns
-    -------
-    Supports
 
     Raises
     ------

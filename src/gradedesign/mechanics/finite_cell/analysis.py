@@ -53,10 +53,8 @@ def solve_divided(
 
     Parameters
     ----------
-    problem : CutProblem
     elements, space
         As `divide` makes them, of a spacing of 1.4 walls or less for 2 % in displacement.
-    accuracy : Accuracy
     start : FiniteCellResult, optional
         Of a similar solid: its displacements are where the iteration starts.
 

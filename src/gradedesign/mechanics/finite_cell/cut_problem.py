@@ -27,10 +27,8 @@ class CutProblem:
         Points ``(3, ...)`` in mm to values ``(...)``, negative inside the solid.
     lower, upper : (3,) array, mm
         Box of the part; the solid ends at its faces.
-    cases : tuple of LoadCaseSpecification
     regions : mapping of name to Region
         Of the part's surface; every one named in a load case, and others to measure on.
-    material : Material
     planes : tuple of Plane
         Plane faces inside the box to lay grid planes on, such as those of passive solids; the
         plane regions are added.

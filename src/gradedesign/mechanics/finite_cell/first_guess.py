@@ -62,7 +62,6 @@ def nearest_combination(
 
     Parameters
     ----------
-    stiffness : Operator
     keep : (N, 3) float32 array
         1 for unknowns, 0 for the others.
     right : (N, 3) array

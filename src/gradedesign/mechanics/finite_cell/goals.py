@@ -59,18 +59,14 @@ def goal_force(
 
     Parameters
     ----------
-    elements : Elements
-    space : BrickSpace
     at : SurfacePoints
         Of the goal's region.
-    goal : DisplacementGoal
     u : (N, 3) array, mm
         Solution of its load case.
 
     Returns
     -------
     force : (N, 3) array, N
-    drawn : SurfacePoints
     traction : (3, k) array, MPa
         At these points.
     """
@@ -97,9 +93,6 @@ def with_residuals(
 
     Parameters
     ----------
-    problem : CutProblem
-    elements : Elements
-    space : BrickSpace
     places : mapping of name to SurfacePoints
         Where the solid reaches the regions.
     cases : sequence of CaseSolution

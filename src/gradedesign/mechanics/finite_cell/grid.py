@@ -24,7 +24,6 @@ class Plane:
 
     Attributes
     ----------
-    axis : int
     place : float, mm
     area : float, mm^2
         Its weight: the largest area of faces is met first.
@@ -77,13 +76,8 @@ def fit_grid(
     lower, upper : (3,) array_like, mm
     spacing : float, mm
         Largest edge of a brick.
-    planes : sequence of Plane
     multiple : int
         Of which the number of bricks along each axis is one.
-
-    Returns
-    -------
-    Grid
 
     Raises
     ------

@@ -50,7 +50,6 @@ def hanging_nodes(
 
     Parameters
     ----------
-    elements : Elements
     nodes : (n, 27) int32 array
     place : (N, 3) int32 array
         In halves of the grid's edges.
@@ -62,7 +61,6 @@ def hanging_nodes(
     nodes : (n, 27) int32 array
     order : (N,) int array
         Earlier number of every node.
-    hanging : Hanging
     """
     node, owner = nodes.ravel()[held[:, 0]], held[:, 1]
     hangs = np.zeros(len(place), dtype=bool)
@@ -170,7 +168,6 @@ def _free(
 
     Parameters
     ----------
-    elements : Elements
     own : (n, q) int32 array
         Nodes of the elements.
     nodes : (n, 27) int32 array

@@ -23,7 +23,6 @@ class Iterate:
     Attributes
     ----------
     u : (N, 3) array, mm
-    iterations : int
     residual : float
         True residual over the right-hand side.
     error : float
@@ -74,7 +73,6 @@ def conjugate_gradients(
     energy : float
         Error at which to stop, in the energy norm over that of the solution; 0 for the residual
         alone.
-    max_iterations : int
     start : (N, 3) array, optional
 
     Returns

@@ -153,10 +153,7 @@ class _System:
 
     Attributes
     ----------
-    elements : Elements
-    space : BrickSpace
     places : mapping of name to SurfacePoints
-    stiffness : Operator
     keep : (N, 3) float32 array
         1 for unknowns, 0 for what is held or hangs.
     precondition : callable

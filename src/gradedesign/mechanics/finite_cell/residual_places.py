@@ -70,7 +70,6 @@ def residual_places(elements: Elements, field: Field) -> ResidualPlaces:
 
     Parameters
     ----------
-    elements : Elements
     field : callable
         That they were cut by.
     """

@@ -22,17 +22,14 @@ class CaseSolution:
 
     Attributes
     ----------
-    name : str
     u : (N, 3) array, mm
         At the nodes of the elements.
     energy : float, N mm
         Strain energy, that of springs and of the soft void included.
     work : float, N mm
         Of loads and inertia on the displacements they cause.
-    iterations : int
     residual : float
         Norm of unbalanced forces over that of the right-hand side.
-    thermal_strain : float
     traction_residual : float or None
         What finer elements add to the work, but for a factor, see `traction_residual`. None where
         displacements are prescribed or the solid is heated: then the work says less of the error;
@@ -58,8 +55,6 @@ class FiniteCellResult:
 
     Attributes
     ----------
-    elements : Elements
-    space : BrickSpace
     solutions : tuple of CaseSolution
         One per load case.
     places : dict of name to SurfacePoints
@@ -67,8 +62,8 @@ class FiniteCellResult:
     volume : float, mm^3
     spacing : float, mm
         Longest edge of an element; of the small ones where there are two sizes.
-    unknowns : int
     processor_seconds : float
+        s.
     lame : (float, float), MPa
     notes : tuple of str
         On planes that are not aligned and components that were left out.

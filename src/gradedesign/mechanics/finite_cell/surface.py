@@ -141,14 +141,8 @@ def region_points(elements: Elements, field: Field, region: Region) -> SurfacePo
 
     Parameters
     ----------
-    elements : Elements
     field : callable
         That the elements were cut by.
-    region : Region
-
-    Returns
-    -------
-    SurfacePoints
 
     Raises
     ------

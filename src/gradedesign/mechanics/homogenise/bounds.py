@@ -20,7 +20,6 @@ class BoundCheck:
 
     Attributes
     ----------
-    name : str
     value : float
         Over the base material's Young's modulus.
     lower, upper : float
@@ -63,7 +62,7 @@ def check_bounds(stiffness: FloatArray, rho: float, poissons_ratio: float) -> li
     stiffness : (6, 6) array
         Over the base material's Young's modulus.
     rho : float
-    poissons_ratio : float
+        Relative density.
 
     Returns
     -------

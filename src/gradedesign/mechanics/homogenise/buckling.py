@@ -67,14 +67,12 @@ def weakest_modes(
     ----------
     fill : (nx, ny, nz) array
     stress : (6, nx, ny, nz) array
-    poissons_ratio : float
     start : (3, nx, ny, nz) array
         Of the iteration.
     signs : (int, int, int)
         Of the modes from each cell to the next.
     both : bool
         Look at the reversed stress too.
-    solver : EigenSolver
 
     Returns
     -------

@@ -48,7 +48,6 @@ def property_table(
 
     Parameters
     ----------
-    cell : Cell
     poissons_ratio : float
         Of the base material.
     resolution : int, optional
@@ -57,10 +56,6 @@ def property_table(
         Of the cell, up to a factor.
     on_row : callable, optional
         As `compute_table`, where the table is computed.
-
-    Returns
-    -------
-    PropertyTable
 
     Raises
     ------
@@ -163,7 +158,6 @@ def computed_law(
 
     Parameters
     ----------
-    cell : Cell
     poissons_ratio : float
         Of the base material.
     resolution : int, optional

@@ -52,6 +52,7 @@ class CellProperties:
     Attributes
     ----------
     density : float
+        Relative density.
     resolution : int
         Voxels along the cell on the finer grid; the other has half of them.
     stiffness : (6, 6) array
@@ -96,8 +97,8 @@ def cell_properties(
 
     Parameters
     ----------
-    cell : Cell
     rho : float
+        Relative density.
     poissons_ratio : float
         Of the base material.
     resolution : int, optional
@@ -107,10 +108,6 @@ def cell_properties(
         Fit a strength surface, which takes about as long as the analysis.
     edges : (3,) sequence
         Of the cell, up to a factor.
-
-    Returns
-    -------
-    CellProperties
 
     Raises
     ------

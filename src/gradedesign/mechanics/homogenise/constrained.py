@@ -89,7 +89,6 @@ def solve_held(
 
     Parameters
     ----------
-    block : Block
     load : (3, px, py, pz) array
     free : (3, px, py, pz) bool array
     rtol : float
@@ -98,8 +97,6 @@ def solve_held(
     Returns
     -------
     x : (3, px, py, pz) array
-    iterations : int
-    residual : float
 
     Raises
     ------

@@ -54,6 +54,7 @@ class CriticalStress:
     Attributes
     ----------
     density : float
+        Relative density.
     resolution : int
         Voxels along the cell on the finer grid; the other has half of them.
     wall_voxels : float
@@ -88,8 +89,8 @@ def critical_stress(
 
     Parameters
     ----------
-    cell : Cell
     rho : float
+        Relative density.
     poissons_ratio : float
         Of the base material.
     resolution : int, optional
@@ -97,11 +98,6 @@ def critical_stress(
         thinnest wall.
     edges : (3,) sequence
         Of the cell, up to a factor.
-    solver : EigenSolver
-
-    Returns
-    -------
-    CriticalStress
 
     Raises
     ------

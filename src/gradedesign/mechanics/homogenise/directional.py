@@ -52,10 +52,6 @@ def transverse_range(stiffness: FloatArray, direction: FloatArray) -> Transverse
     direction : (3, ...) array
         Of any length but zero.
 
-    Returns
-    -------
-    TransverseRange
-
     Notes
     -----
     For a direction n, ``1 / G`` and ``nu / E`` are quadratic forms of the direction across, so

@@ -67,7 +67,6 @@ def fit_surface(
 
     Parameters
     ----------
-    local : LocalStress
     symmetry : str
         Of the cell: ``cubic``, ``tetragonal``, ``orthotropic`` or ``none``.
     rng : numpy.random.Generator

@@ -59,11 +59,6 @@ def named_directions() -> dict[str, FloatArray]:
 def spread_directions(count: int, rng: np.random.Generator) -> FloatArray:
     """Random stresses of unit Frobenius norm, some of them close to hydrostatic.
 
-    Parameters
-    ----------
-    count : int
-    rng : numpy.random.Generator
-
     Returns
     -------
     (6, count) array

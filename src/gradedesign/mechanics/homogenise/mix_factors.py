@@ -137,7 +137,6 @@ def mix_factors(
 
     Parameters
     ----------
-    cells : Cells
     pair : (int, int)
         Numbers of two that meet.
     laws : (ScalingLaw, ScalingLaw)

@@ -47,8 +47,8 @@ def cell_fill(
 
     Parameters
     ----------
-    cell : Cell
     rho : float
+        Relative density.
     resolution : int
         Voxels along each edge of the cell, or of its period where that is longer.
     subsamples : int
@@ -116,7 +116,6 @@ def voxel_counts(edges: Sequence[float], resolution: int) -> tuple[int, int, int
     ----------
     edges : (3,) sequence
         Up to a factor.
-    resolution : int
 
     Returns
     -------

@@ -68,20 +68,14 @@ def compute_table(
 
     Parameters
     ----------
-    cell : Cell
     densities : sequence of float, optional
         By default `table_densities`.
-    poissons_ratio : float
     resolution : int, optional
         Of all rows; by default each row has the resolution that its wall needs.
     on_row : callable, optional
         Called with each density's result, how many are done and how many there are.
     edges : (3,) sequence
         Of the cell, up to a factor.
-
-    Returns
-    -------
-    PropertyTable
 
     Raises
     ------
@@ -141,19 +135,13 @@ def compute_buckling(
 
     Parameters
     ----------
-    cell : Cell
     densities : sequence of float, optional
         By default 0.05, 0.1, 0.2 and 0.3, as far as the thinnest wall has three voxels; those
         whose critical stresses do not settle are left out, with a warning in the log.
-    poissons_ratio : float
     resolution : int, optional
         Of all rows; by default each has the one that its wall needs, 64 at most.
     edges : (3,) sequence
         Of the cell, up to a factor.
-
-    Returns
-    -------
-    BucklingTable
 
     Raises
     ------

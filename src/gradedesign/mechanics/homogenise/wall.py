@@ -71,13 +71,8 @@ def wall_stiffness(
         One period along x and y and the whole thickness; 0 to 1.
     middle : float, optional
         Height of the middle plane above the first voxel's lower face; ``nz / 2`` by default.
-    poissons_ratio : float
     rtol : float
         Of the solves; membrane and bending are right to its square.
-
-    Returns
-    -------
-    WallStiffness
 
     Raises
     ------

@@ -64,7 +64,6 @@ def wall_ratios(
 
     Parameters
     ----------
-    cell : Cell
     rho : float
         Relative density of the periodic lattice.
     axis : int
@@ -73,11 +72,6 @@ def wall_ratios(
         Its faces along the axis, in cells.
     resolution : int
         Voxels along a cell.
-    poissons_ratio : float
-
-    Returns
-    -------
-    WallRatios
 
     Raises
     ------

@@ -131,10 +131,6 @@ def banded(
         Of the tractions at every spacing. They give the band where three resolutions do not show an
         order: then neither a range of orders is needed, nor values that rise.
 
-    Returns
-    -------
-    Banded
-
     Raises
     ------
     CaseError

@@ -39,8 +39,6 @@ def judged_cases(
 
     Parameters
     ----------
-    placed : PlacedModel
-    entry : MovingRegion
     place : str
         Of the entry in ``[limits]``, such as ``displacement[0]``.
     name : str

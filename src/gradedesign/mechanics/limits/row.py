@@ -24,13 +24,10 @@ class LimitRow:
     ----------
     key : LimitKey
         Under which factors and discrepancies of this value are known.
-    name : str
     load_case : str
         Load case that governs.
     value : float
         Expected one; the end of its band that decides is `decisive`.
-    limit : float
-    unit : str
     judged_by : str
         Analysis behind the value.
     band : Banded or None

@@ -87,7 +87,6 @@ def expected_factors(
 
     Parameters
     ----------
-    explicit : sequence of LimitRow
     residuals : mapping of load case to float
         See `finite_cell.traction_residual`.
     """

@@ -29,10 +29,6 @@ class BucklingLaw:
     mode that was searched buckles. That is safe, and for several components at once often far
     from the true load. Modes that repeat after more than two cells were not searched.
 
-    Attributes
-    ----------
-    table : BucklingTable
-
     Notes
     -----
     Between the densities the logarithm of the utilisation is linear in that of density. It is a sum

@@ -41,7 +41,6 @@ class BucklingTable:
         Voxels across the thinnest wall of the finer grid.
     poissons_ratio : float
         Of the base material.
-    method, version, date : str
     """
 
     density: FloatArray

@@ -20,7 +20,6 @@ def density_for_stiffness(law: ScalingLaw, share: float) -> float:
 
     Parameters
     ----------
-    law : ScalingLaw
     share : float
         Value over limit of the fully solid part.
 
@@ -51,7 +50,6 @@ def density_for_strength(law: ScalingLaw, share: float) -> float:
 
     Parameters
     ----------
-    law : ScalingLaw
     share : float
         Stress over permitted stress of the fully solid part.
 

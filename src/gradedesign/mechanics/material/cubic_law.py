@@ -29,8 +29,6 @@ def cubic_law(
 
     Parameters
     ----------
-    name : str
-    families : tuple of str
     youngs, bulk, shear : (float, float)
         Factor and exponent of E along a cell axis, of the bulk modulus and of C44, each over the
         base material's Young's modulus.
@@ -39,7 +37,6 @@ def cubic_law(
         strength. Interpolated monotonically in logarithms.
     window : (float, float)
         Densities of the source's data.
-    origin : LawOrigin
 
     Raises
     ------
@@ -91,15 +88,12 @@ def cubic_table_law(
 
     Parameters
     ----------
-    name : str
-    families : tuple of str
     density : sequence of float
         Increasing; its ends are the window of the law.
     C11, C12, C44 : sequence of float
         Over the base material's Young's modulus.
     strength : sequence of float
         Macroscopic stress at first yield over the base material's strength.
-    origin : LawOrigin
 
     Raises
     ------

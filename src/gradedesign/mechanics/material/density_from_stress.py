@@ -26,7 +26,6 @@ def density_from_stress(
 
     Parameters
     ----------
-    law : ScalingLaw
     von_mises : (...) array, MPa
         In the fully solid part.
     permitted : float, MPa

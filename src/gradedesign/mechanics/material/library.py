@@ -227,10 +227,5 @@ _POLYMERS = (
 
 
 def builtin_materials() -> tuple[Material, ...]:
-    """Return the materials that come with gradedesign, sorted by name.
-
-    Returns
-    -------
-    tuple of Material
-    """
+    """Return the materials that come with gradedesign, sorted by name."""
     return tuple(sorted((*_METALS, *_POLYMERS), key=lambda material: material.name))

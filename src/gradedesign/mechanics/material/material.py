@@ -11,9 +11,7 @@ class Material:
 
     Attributes
     ----------
-    name : str
     youngs_modulus : float, MPa
-    poissons_ratio : float
     density : float, t/mm^3
     yield_strength : float, MPa
         0.2 % proof stress or, for polymers, tensile yield.

@@ -34,13 +34,10 @@ def power_law(
 
     Parameters
     ----------
-    name : str
-    families : tuple of str
     youngs : (float, float)
         c1 and n1, of Young's modulus along a cell axis.
     window : (float, float)
         Densities of the source's data.
-    origin : LawOrigin
     strength : (float, float), optional
         c3 and n3, of the macroscopic stress at first yield; where the source gives stiffness only,
         asking for the strength raises.

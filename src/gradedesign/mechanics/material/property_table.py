@@ -33,7 +33,6 @@ class PropertyTable:
     ----------
     name : str
         Of the law made from it: ``<family>-computed``.
-    family : str
     parameters : mapping of str to float
         Complete.
     symmetry : str
@@ -165,14 +164,6 @@ def write_property_table(table: PropertyTable) -> str:
 
 def read_property_table(text: str) -> PropertyTable:
     """Parse what `write_property_table` wrote.
-
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    PropertyTable
 
     Raises
     ------

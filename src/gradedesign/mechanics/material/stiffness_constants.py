@@ -56,7 +56,6 @@ def relative_errors(
     ----------
     stiffness, uncertainty : (k, 6, 6) array
         In one unit.
-    symmetry : str
 
     Returns
     -------

@@ -24,10 +24,6 @@ _CHECKS = 201
 def tabulated_law(table: PropertyTable) -> ScalingLaw:
     """Law of kind ``computed`` that runs smoothly and monotonically through a table.
 
-    Parameters
-    ----------
-    table : PropertyTable
-
     Returns
     -------
     ScalingLaw

@@ -31,9 +31,6 @@ def cut_share(
     ----------
     cell_map : CellMap
         Straight cells of equal edges.
-    part : Part
-    domain : DesignDomain
-    mesh : TetMesh
     lattice : (M,) bool array
         Tetrahedra that hold lattice.
     """

@@ -39,20 +39,17 @@ class HomogenisedModel:
     volumes : (M,) array, mm^3
     solid_fraction : (M,) array
         Share of each tetrahedron that stays fully dense, 0 to 1.
-    material : Material
-    law : LawField
     rotation : (6, 6) or (6, 6, 4, M) array
         Bond matrix that takes the law's stiffness from cell axes to global axes: one, or one at
         each Gauss point of every tetrahedron.
-    cases : tuple of PartLoadCase
     pattern : AssemblyPattern
         Of the space, found once.
-    solver : LinearSolver
     stiffness_factor : float
         Correction of the law's stiffness from explicit analyses; 1 at first.
     stiffness_exponent : float
         The factor holds at ``reference_density`` and grows with this power of density.
     reference_density : float
+        Relative density.
     effective : EffectiveDensity or None
         That of cells beside passive regions, by the nominal one; None: they are the same.
     walls : WallFactors or None

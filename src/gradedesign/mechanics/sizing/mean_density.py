@@ -71,7 +71,6 @@ def size_by_mean_density(
     tolerance : float
         The most used limit is used to between ``1 - tolerance`` and 1 of the target, unless the
         lower bound holds or the upper one does not.
-    on_step : callable, optional
 
     Returns
     -------

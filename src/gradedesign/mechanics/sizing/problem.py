@@ -43,8 +43,6 @@ class SizingProblem:
 
     Attributes
     ----------
-    model : HomogenisedModel
-    limits : tuple of Limit
     bounds : (float, float)
         Of every design variable; where ``windows`` is None, density bounds: the intersection of
         user, family and law.

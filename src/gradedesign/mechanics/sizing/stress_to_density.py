@@ -66,7 +66,6 @@ def size_by_stress(
         the law's densities use the stress up to the target.
     max_iterations : int
         Analyses at most.
-    on_step : callable, optional
 
     Returns
     -------

@@ -90,12 +90,8 @@ def wall_factors(
     ----------
     cell_map : CellMap
         Straight cells of equal edges.
-    part : Part
-    domain : DesignDomain
-    mesh : TetMesh
     lattice : (M,) bool array
         Tetrahedra that hold lattice.
-    cells : WallMaterial
     on_wall : callable
         Told of each kind of wall before it is computed; not of those in the user's cache.
 

@@ -25,7 +25,6 @@ class CoarseLevel:
     ----------
     matrix : bsr_matrix
         Galerkin product, 6 by 6 blocks.
-    prolongation : bsr_matrix
     keep : (n_coarse,) array
         0 for unknowns that stand for nothing, 1 elsewhere.
     candidates : (n_coarse, 6) array
@@ -52,7 +51,6 @@ def coarsen(
 
     Parameters
     ----------
-    matrix : bsr_matrix
     keep : (n,) array
         0 on fixed unknowns, 1 elsewhere.
     inverse : (n / b, b, b) array

@@ -25,14 +25,12 @@ class Smoother:
 
     Attributes
     ----------
-    matrix : BlockRows
     keep : (n,) float32 array
         0 on fixed unknowns, 1 elsewhere.
     inverse : (n / b, b, b) float32 array
         Inverted diagonal blocks, zero where fixed.
     largest : float
         Safe estimate of the largest eigenvalue of the inverted diagonal times the matrix.
-    steps : int
     span : float
         Eigenvalues from `largest` down to `largest` / `span` are damped.
     """

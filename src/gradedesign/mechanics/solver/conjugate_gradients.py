@@ -53,7 +53,6 @@ def conjugate_gradients(
 
     Parameters
     ----------
-    matrix : bsr_matrix
     keep : (n,) array
         1 for unknowns to solve for, 0 for fixed ones.
     right : (k, n) array

@@ -21,7 +21,6 @@ def lanczos(
 
     Parameters
     ----------
-    problem : EigenProblem
     most_steps : int
         Solves.
 

@@ -55,13 +55,11 @@ def on_dask(
         At the top of a module, which the workers import: plugins must be installed there.
     tasks : sequence of tuple
         Arguments, plain data.
-    cluster : Cluster
     text : str
         Name of the computation, for the lines of progress.
 
     Yields
     ------
-    task : tuple
     future : distributed.Future
         Ended: ``result()`` returns or raises what the function did.
 

@@ -22,7 +22,6 @@ def unmarked_hooks(
 
     Parameters
     ----------
-    manager : pluggy.PluginManager
     sources : mapping of str to PluginSource
         By the name under which a plugin is registered.
     """

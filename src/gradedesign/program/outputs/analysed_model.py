@@ -17,7 +17,6 @@ class ModelStep:
 
     Attributes
     ----------
-    name : str
     supports : Supports
         ``fixed`` and ``value``, mm, of every node ``(3, n)``.
     force : (3, n) array, N
@@ -49,7 +48,6 @@ class AnalysedModel:
         23.
     stiffness : IsotropicStiffness or AnisotropicStiffness
         Of every element: ``E`` (m,) MPa and ``nu``, or ``C`` (6, 6, m) MPa in Voigt order.
-    steps : sequence of ModelStep
     thermal_expansion : float, 1/K
     node_sets : mapping of str to (k,) int array
         Nodes by region.

@@ -92,7 +92,6 @@ def render_report(result: RunResult, pictures: Mapping[str, bytes], case_text: s
 
     Parameters
     ----------
-    result : RunResult
     pictures : mapping of name to PNG bytes
         Names as in the result's ``files``.
     case_text : str

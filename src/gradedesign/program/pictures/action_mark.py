@@ -35,7 +35,6 @@ class ActionMark:
 
     Attributes
     ----------
-    load_case : str
     kind : {"force", "pressure", "moment", "acceleration", "displacement"}
         Sizes are compared within a kind.
     text : str

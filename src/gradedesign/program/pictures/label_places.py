@@ -37,7 +37,6 @@ def separated(
     ----------
     labels : sequence of Label
         Their points are the lower left corners of their boxes. Earlier ones keep their places.
-    frame : Frame
     arrows : sequence of Arrow
         Left free as well, where there is room.
     legend : sequence of LegendEntry
@@ -45,7 +44,6 @@ def separated(
 
     Returns
     -------
-    labels : tuple of Label
     strokes : tuple of Lines
         From the point of each label that was moved to where it stands.
     """

@@ -78,7 +78,6 @@ def picture_loads(
     ----------
     path : Path
         PNG.
-    surface : SurfaceMesh
     regions : sequence of RegionMark
         Supports hatched. The legend names the roles that occur.
     actions : sequence of ActionMark

@@ -35,7 +35,6 @@ class Layer:
         Whether ``values`` belong to faces.
     colour : str
         Used without ``values``.
-    opacity : float
     smooth : bool
         Shade with vertex normals.
     """

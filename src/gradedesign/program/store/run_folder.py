@@ -111,7 +111,6 @@ class RunFolder:
 
         Parameters
         ----------
-        name : str
         sha256 : str, optional
             Of the bytes that were written, where the writer knows it.
 

@@ -29,11 +29,6 @@ class RunLock:
 
     The operating system's lock of ``.lock`` decides, and ends with its process. ``.owner`` names
     that process in messages, and guards shared file systems whose locks end at the machine.
-
-    Attributes
-    ----------
-    folder : Path
-    system_lock : BaseFileLock
     """
 
     folder: Path

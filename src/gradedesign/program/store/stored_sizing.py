@@ -42,8 +42,6 @@ def stored_sizing(
 
     Parameters
     ----------
-    case : Case
-    cell : Cell
     problem : SizingProblem
         With the corrections and targets of its iteration.
     start, max_iterations, keep, on_step
