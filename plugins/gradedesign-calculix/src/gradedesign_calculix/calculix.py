@@ -37,7 +37,7 @@ _ANISO = tuple((_ORDER[i], _ORDER[j]) for j in range(6) for i in range(j + 1))
 #: Most characters of a set's name.
 _LONGEST = 60
 #: A model whose displacements differ by more than this share from those of the run gets a warning.
-SAME_MODEL = 1e-3
+_SAME_MODEL = 1e-3
 
 
 def write_decks(run: FinishedRun) -> list[str]:
@@ -58,7 +58,7 @@ def write_decks(run: FinishedRun) -> list[str]:
 
 def _difference(model: AnalysedModel) -> tuple[str, ...]:
     """Words on a model whose elements do not vary their stiffness as those of the run do."""
-    if model.off <= SAME_MODEL:
+    if model.off <= _SAME_MODEL:
         return ()
     return (
         f"{model.name}.inp has one stiffness for each tetrahedron, while skins, walls and "
@@ -85,7 +85,7 @@ def write_calculix(path: Path, deck: AnalysedModel) -> None:
     _read_back(path, deck)
 
 
-def set_names(names: Iterable[str]) -> dict[str, str]:
+def _set_names(names: Iterable[str]) -> dict[str, str]:
     """Names of sets by names of regions: letters, digits and underscores, each different.
 
     Examples
@@ -118,7 +118,7 @@ def _lines(deck: AnalysedModel) -> Iterator[str]:
     for number, (x, y, z) in enumerate(deck.space.nodes.T, 1):
         yield f"{number}, {_number(x)}, {_number(y)}, {_number(z)}"
     yield from _elements(deck, heated=heated)
-    names = set_names(deck.node_sets)
+    names = _set_names(deck.node_sets)
     for name, nodes in deck.node_sets.items():
         yield f"** region {_printable(name)}"
         yield f"*NSET, NSET={names[name]}"

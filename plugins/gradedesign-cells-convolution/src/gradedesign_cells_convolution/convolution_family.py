@@ -15,7 +15,7 @@ from gradedesign_cells_convolution.line_convolution import line_convolution
 SOURCE = "Gaussian line convolution (Tang et al., CAD'19, 69-74) of "
 
 #: Default width of the kernel, cell units.
-SIGMA = 0.05
+_SIGMA = 0.05
 
 #: Steps of the table over sigma: it moves surfaces by up to 2e-4 sigma where struts are thinner
 #: than 4 sigma, and by up to 0.02 sigma along the ridges of the voids.
@@ -27,7 +27,7 @@ MOST_STEPS = 120
 
 
 def convolution_family(
-    name: str, nodes: ArrayLike, edges: ArrayLike, *, sigma: float = SIGMA, source: str = ""
+    name: str, nodes: ArrayLike, edges: ArrayLike, *, sigma: float = _SIGMA, source: str = ""
 ) -> CellFamily:
     """Make a cell family of the convolution surfaces of a periodic graph.
 

@@ -40,15 +40,15 @@ class Graph(NamedTuple):
 
 def graphs() -> Iterator[Graph]:
     """Every graph of this distribution."""
-    fcc = to_corners(Graph("fcc", *bond_graph([*_CORNER, *_FACES], _FACE)))
+    fcc = _to_corners(Graph("fcc", *bond_graph([*_CORNER, *_FACES], _FACE)))
     bcc = Graph("bcc", *bond_graph([*_CORNER, *_MIDDLE], _SPACE))
     both = bond_graph([*_CORNER, *_FACES, *_MIDDLE], [_FACE, _SPACE])
     yield Graph("sc", *bond_graph(_CORNER, 1.0))
     yield bcc
-    yield with_pillar("bccz", bcc)
+    yield _with_pillar("bccz", bcc)
     yield fcc
-    yield with_pillar("fccz", fcc)
-    yield to_corners(Graph("f2bcc", *both))
+    yield _with_pillar("fccz", fcc)
+    yield _to_corners(Graph("f2bcc", *both))
     yield Graph("octet", *bond_graph([*_CORNER, *_FACES], _FACE))
     yield Graph("kelvin", *bond_graph(_KELVIN, _FACE / 2))
     yield Graph("diamond", *bond_graph([*_CORNER, *_FACES, *_TETRAHEDRON], _SPACE / 2))
@@ -56,13 +56,13 @@ def graphs() -> Iterator[Graph]:
     yield Graph("rhombic-dodecahedron", *bond_graph([*_MIDDLE, *_EDGES, *_EIGHTHS], _SPACE / 2))
 
 
-def to_corners(graph: Graph) -> Graph:
+def _to_corners(graph: Graph) -> Graph:
     """Keep the struts that end at a corner of the cell."""
     corner = (graph.nodes[graph.edges] % 1 == 0).all(axis=2).any(axis=1)
     return graph._replace(edges=graph.edges[corner])
 
 
-def with_pillar(name: str, graph: Graph) -> Graph:
+def _with_pillar(name: str, graph: Graph) -> Graph:
     """Add a strut along z through the corners."""
     count = len(graph.nodes)
     nodes = np.concatenate([graph.nodes, [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]])

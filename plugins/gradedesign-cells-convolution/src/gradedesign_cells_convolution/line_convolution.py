@@ -20,7 +20,7 @@ CUT_OFF = 5.5
 
 #: Range of sigma in cell units: narrower, the field underflows in the largest voids; wider, it is
 #: nearly constant over the cell.
-LEAST_SIGMA, LARGEST_SIGMA = 0.03, 0.4
+_LEAST_SIGMA, _LARGEST_SIGMA = 0.03, 0.4
 
 
 def line_convolution(segments: FloatArray, sigma: float) -> Field:
@@ -53,9 +53,9 @@ def line_convolution(segments: FloatArray, sigma: float) -> Field:
     Tang, Xiong, Park, Boddeti & Rosen, Proceedings of CAD'19 (2019) 69-74, doi
     10.14733/cadconfP.2019.69-74; it prints the exponent without its minus sign.
     """
-    if not LEAST_SIGMA <= sigma <= LARGEST_SIGMA:
+    if not _LEAST_SIGMA <= sigma <= _LARGEST_SIGMA:
         raise CaseError(
-            f"sigma is {sigma:g} cells, expected {LEAST_SIGMA:g} to {LARGEST_SIGMA:g}; about the "
+            f"sigma is {sigma:g} cells, expected {_LEAST_SIGMA:g} to {_LARGEST_SIGMA:g}; about the "
             f"radius of the struts keeps their joints short"
         )
     near = near_segments(segments, float(np.hypot(CUT_OFF * sigma, _widest_gap(segments))))

@@ -7,7 +7,7 @@ import math
 from gradedesign import CaseError
 
 #: Most repeats of a structure in a cell along an axis; more are smaller cells by another name.
-MOST_REPEATS = 8
+_MOST_REPEATS = 8
 
 
 def repeats(name: str, value: float) -> int:
@@ -16,11 +16,11 @@ def repeats(name: str, value: float) -> int:
     Raises
     ------
     CaseError
-        If the value is not a whole number from 1 to `MOST_REPEATS`.
+        If the value is not a whole number from 1 to `_MOST_REPEATS`.
     """
-    if not (value == round(value) and 1 <= value <= MOST_REPEATS):
+    if not (value == round(value) and 1 <= value <= _MOST_REPEATS):
         raise CaseError(
-            f"{name} is {value:g}, expected a whole number, 1 to {MOST_REPEATS}, so that the cell "
+            f"{name} is {value:g}, expected a whole number, 1 to {_MOST_REPEATS}, so that the cell "
             f"repeats after its own length; for finer structures use smaller cells"
         )
     return int(value)

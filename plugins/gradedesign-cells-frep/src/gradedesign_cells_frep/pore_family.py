@@ -33,11 +33,11 @@ SOURCE = "pores replicated in a solid (Pasko et al., TR-NCCA-2009-02 (2009), sec
 PLACES = {"frequency": 1.0, "phase": 0.0}
 
 #: Parameter of pores with channels.
-CHANNEL = {"channel": 0.3}
+_CHANNEL = {"channel": 0.3}
 
 #: Parameters of pores with solid noise.
-NOISE = {"noise_place": 0.03, "noise_size": 0.02, "seed": 7.0}
-QUIET = {"noise_place": 0.0, "noise_size": 0.0, "seed": 7.0}
+_NOISE = {"noise_place": 0.03, "noise_size": 0.02, "seed": 7.0}
+_QUIET = {"noise_place": 0.0, "noise_size": 0.0, "seed": 7.0}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -87,7 +87,7 @@ def pore_family(
     symmetry : {"cubic", "tetragonal", "orthotropic", "none"}
         Of the pores and their places together; with noise there is none.
     noise : bool
-        Add `NOISE`: the parameters ``noise_place`` and ``noise_size``, root mean square shift of
+        Add `_NOISE`: the parameters ``noise_place`` and ``noise_size``, root mean square shift of
         the pores and change of their size in cell units, and ``seed``.
     source : str
         Where the shape comes from.
@@ -116,7 +116,7 @@ def pore_family(
             f"cell '{name}': centres of pores have shape {places.shape}, expected (k, 3), finite"
         )
     own = dict(parameters or {})
-    taken = {*PLACES, *CHANNEL, *NOISE} & set(own)
+    taken = {*PLACES, *_CHANNEL, *_NOISE} & set(own)
     if taken:
         raise PluginError(
             f"cell '{name}': the gauge's parameter {', '.join(sorted(taken))} has a name of the "
@@ -126,9 +126,9 @@ def pore_family(
     walls = pores.full > 0 and not noise
     return CellFamily(
         name=name,
-        shape=_shape(pores, places, axes, NOISE if noise else QUIET),
+        shape=_shape(pores, places, axes, _NOISE if noise else _QUIET),
         source=f"{SOURCE}: {source or 'a shape'}" + (", with solid noise" if noise else ""),
-        parameters={**PLACES, **own, **(CHANNEL if axes else {}), **(NOISE if noise else {})},
+        parameters={**PLACES, **own, **(_CHANNEL if axes else {}), **(_NOISE if noise else {})},
         symmetry="none" if noise else symmetry,
         distance=walls,
         sides=2 if walls else 1,
@@ -179,7 +179,7 @@ def _shape(
         *,
         frequency: float = 1.0,
         phase: float = 0.0,
-        channel: float = CHANNEL["channel"],
+        channel: float = _CHANNEL["channel"],
         noise_place: float = noise["noise_place"],
         noise_size: float = noise["noise_size"],
         seed: float = noise["seed"],

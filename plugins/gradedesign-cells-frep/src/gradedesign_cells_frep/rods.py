@@ -61,7 +61,7 @@ ORTHOTROPIC = {
 }
 
 
-def rods_orthotropic(u: FloatArray, **parameters: float) -> FloatArray:
+def _rods_orthotropic(u: FloatArray, **parameters: float) -> FloatArray:
     """Shape function with the parameters `ORTHOTROPIC`; see `rods` and the module.
 
     The slabs across axis i have the threshold ``threshold_i - t``.
@@ -85,7 +85,7 @@ FAMILIES = (
     CellFamily(name="rods", shape=rods, source=SOURCE, parameters={"frequency": 1.0, "phase": 0.0}),
     CellFamily(
         name="rods-orthotropic",
-        shape=rods_orthotropic,
+        shape=_rods_orthotropic,
         source=SOURCE,
         parameters=ORTHOTROPIC,
         symmetry="orthotropic",

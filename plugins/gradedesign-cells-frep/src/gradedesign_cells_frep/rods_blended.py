@@ -23,7 +23,7 @@ _PLAIN = {"frequency": 1.0, "phase": 0.0, "threshold": 0.5}
 _BLENDS = {"edge": -0.2, "fillet": 0.2, "width": 0.5}
 
 
-def rods_smooth(
+def _rods_smooth(
     u: FloatArray, *, frequency: float = 1.0, phase: float = 0.0, threshold: float = 0.5
 ) -> FloatArray:
     """Shape function of ``rods-smooth``; see the module.
@@ -68,7 +68,7 @@ def rods_blended(
     Parameters
     ----------
     u, frequency, phase, threshold
-        As in `rods_smooth`.
+        As in `_rods_smooth`.
     edge, fillet : float
         The paper's a0 of the intersections of slabs and of the union of rods, -1 to 1: negative
         removes material, positive adds it.
@@ -98,7 +98,7 @@ def rods_blended(
 FAMILIES = (
     CellFamily(
         name="rods-smooth",
-        shape=rods_smooth,
+        shape=_rods_smooth,
         source=f"{SOURCE}the R-functions of eq. 3",
         parameters=_PLAIN,
     ),

@@ -16,7 +16,7 @@ from gradedesign_cells_frep._noise_kernels import fourier_series
 REACH = 2
 
 #: Functions drawn from one seed: three for the place, one for the size.
-CHANNELS = 4
+_CHANNELS = 4
 
 
 def wave_vectors() -> NDArray[np.int64]:
@@ -54,7 +54,7 @@ def solid_noise(u: FloatArray, seed: float) -> FloatArray:
     """
     if not (seed == round(seed) and 0 <= seed <= 2**31):
         raise CaseError(f"seed is {seed:g}, expected a whole number, 0 to {2**31}")
-    return compiled_values(fourier_series, u, REACH, *series(int(seed)), channels=CHANNELS)
+    return compiled_values(fourier_series, u, REACH, *series(int(seed)), channels=_CHANNELS)
 
 
 @lru_cache(maxsize=64)
@@ -63,7 +63,7 @@ def series(seed: int) -> tuple[NDArray[np.int64], NDArray[np.complex128]]:
     waves = wave_vectors()
     size = 1.0 / np.sqrt((waves**2).sum(axis=1))
     size *= np.sqrt(2.0 / (size**2).sum())
-    phase = np.random.default_rng(seed).uniform(0.0, 2 * np.pi, (CHANNELS, len(waves)))
+    phase = np.random.default_rng(seed).uniform(0.0, 2 * np.pi, (_CHANNELS, len(waves)))
     coefficients = size * np.exp(1j * (phase - 0.5 * np.pi))
     waves.flags.writeable = coefficients.flags.writeable = False
     return waves, coefficients

@@ -12,7 +12,7 @@ from gradedesign.fields import Field, FloatArray, periodic_spline
 from gradedesign_cells_stochastic.random_numbers import uniform
 
 #: Half angles of cones of wave vectors, degrees; narrower cones hold too few waves.
-LEAST_ANGLE, LARGEST_ANGLE = 15.0, 90.0
+_LEAST_ANGLE, _LARGEST_ANGLE = 15.0, 90.0
 
 #: Steps of the table to a wavelength: the spline departs from the sum of waves by 1e-4 of its
 #: standard deviation.
@@ -41,10 +41,10 @@ def wave_vectors(period: int, angles: tuple[float, float, float]) -> NDArray[np.
         If an angle is not 0 or 15 to 90 degrees, or all are 0.
     """
     for angle in angles:
-        if not (angle == 0 or LEAST_ANGLE <= angle <= LARGEST_ANGLE):
+        if not (angle == 0 or _LEAST_ANGLE <= angle <= _LARGEST_ANGLE):
             raise CaseError(
                 f"a cone of waves has the half angle {angle:g} degrees, expected 0 for none or "
-                f"{LEAST_ANGLE:g} to {LARGEST_ANGLE:g}"
+                f"{_LEAST_ANGLE:g} to {_LARGEST_ANGLE:g}"
             )
     if not any(angles):
         raise CaseError("all cones of waves have the half angle 0; open one at least")

@@ -8,7 +8,7 @@ from gradedesign import CaseError
 from gradedesign.fields import FloatArray
 
 #: Largest seed: whole numbers up to here are exact as floats, which is what parameters are.
-LARGEST_SEED = 2**53
+_LARGEST_SEED = 2**53
 
 _BITS = 53
 
@@ -26,14 +26,14 @@ def uniform(seed: float, stream: int, count: int) -> FloatArray:
     Raises
     ------
     CaseError
-        If the seed is not a whole number from 0 to `LARGEST_SEED`.
+        If the seed is not a whole number from 0 to `_LARGEST_SEED`.
 
     Notes
     -----
     Taken from the raw bits of the generator, which numpy keeps the same from version to version;
     those of its distributions may change, and with them every part printed from a seed.
     """
-    if not (float(seed).is_integer() and 0 <= seed <= LARGEST_SEED):
+    if not (float(seed).is_integer() and 0 <= seed <= _LARGEST_SEED):
         raise CaseError(f"seed is {seed:g}, expected a whole number from 0 to 2^53")
     bits = np.random.PCG64(np.random.SeedSequence([int(seed), stream])).random_raw(count)
     return np.asarray((bits >> np.uint64(64 - _BITS)) * 2.0**-_BITS)

@@ -12,7 +12,7 @@ from gradedesign_cells_stochastic.random_numbers import uniform
 
 #: Greatest least distance, cell units. Random sequential addition jams at a share of 0.38 of the
 #: volume in balls of that diameter, 0.9 cells; near to it, points are hard to place.
-LARGEST_DISTANCE = 0.8
+_LARGEST_DISTANCE = 0.8
 
 _STREAM = 1
 
@@ -31,7 +31,7 @@ def random_points(seed: float, period: int, least_distance: float) -> FloatArray
     period : int, cells
         Edge of the window.
     least_distance : float, cell units
-        From 0, where the points are independent, to `LARGEST_DISTANCE`.
+        From 0, where the points are independent, to `_LARGEST_DISTANCE`.
 
     Returns
     -------
@@ -49,10 +49,10 @@ def random_points(seed: float, period: int, least_distance: float) -> FloatArray
     foams: Zhu, Thorpe & Windle, Philosophical Magazine A 81 (2001) 2765, where the least distance
     over that of the bcc lattice, 1.091 cells, is called regularity.
     """
-    if not 0 <= least_distance <= LARGEST_DISTANCE:
+    if not 0 <= least_distance <= _LARGEST_DISTANCE:
         raise CaseError(
             f"the least distance of random points is {least_distance:g} cells, expected 0 to "
-            f"{LARGEST_DISTANCE:g}"
+            f"{_LARGEST_DISTANCE:g}"
         )
     wanted = period**3
     places = period * uniform(seed, _STREAM, 3 * _TRIES * wanted).reshape(-1, 3)

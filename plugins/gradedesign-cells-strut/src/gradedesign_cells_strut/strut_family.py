@@ -143,14 +143,14 @@ def with_balls(struts: Field, balls: Field, node_ratio: float) -> Field:
     return lambda u: np.minimum(struts(u), balls(u) / node_ratio)
 
 
-def node_places(segments: FloatArray) -> FloatArray:
+def _node_places(segments: FloatArray) -> FloatArray:
     """Ends of segments, one of each set of copies, ``(b, 3)``, cell units."""
     return np.unique(np.round(np.mod(segments.reshape(-1, 3), 1.0), 9) % 1.0, axis=0)
 
 
 def node_distance(segments: FloatArray) -> Field:
     """Distance to the ends of segments of period 1, cell units."""
-    ends = node_places(segments)
+    ends = _node_places(segments)
     return periodic_distance_to_segments(np.stack([ends, ends], axis=1))
 
 
@@ -163,7 +163,7 @@ def _axes(segments: FloatArray, path: str) -> Callable[..., StrutAxes | None]:
         settings = tuple(bending[name] for name in PARAMETERS[path])
         return StrutAxes(
             segments=bent_segments(segments, path, *(settings or (0.0, 1.0))),
-            balls=node_places(segments),
+            balls=_node_places(segments),
             ball_ratio=node_ratio,
         )
 

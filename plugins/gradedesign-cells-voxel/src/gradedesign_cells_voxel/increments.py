@@ -25,7 +25,7 @@ from gradedesign_cells_voxel.voxels import VoxelSource
 SOURCE = "library of increments (Aremu et al., Additive Manufacturing 13 (2017) 1-13, section 3.6)"
 
 #: Grey value of the last increment: 8 bits.
-WHITE = 255.0
+_WHITE = 255.0
 
 
 def cell_from_increments(
@@ -63,12 +63,12 @@ def cell_from_increments(
 
     @cache
     def ranked(index: int) -> Field:
-        return density_rank(increments[index]())
+        return _density_rank(increments[index]())
 
     def shape(u: FloatArray, *, grey: float = grey) -> FloatArray:
-        if not 0 <= grey <= WHITE:
-            raise CaseError(f"grey is {grey:g}, expected 0 to {WHITE:g}")
-        place = grey / WHITE * (len(increments) - 1)
+        if not 0 <= grey <= _WHITE:
+            raise CaseError(f"grey is {grey:g}, expected 0 to {_WHITE:g}")
+        place = grey / _WHITE * (len(increments) - 1)
         first = min(int(place), len(increments) - 2)
         part = place - first
         if part == 0:
@@ -137,7 +137,7 @@ def cell_from_nested_increments(
     )
 
 
-def density_rank(shape: Field) -> Field:
+def _density_rank(shape: Field) -> Field:
     """Relative density at which the solid of a shape function reaches a point, 0 to 1."""
     values = np.sort(shape(spread(COUNT)))
     rank = (np.arange(COUNT) + 0.5) / COUNT

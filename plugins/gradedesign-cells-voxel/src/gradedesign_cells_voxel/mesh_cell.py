@@ -59,7 +59,7 @@ def cell_from_mesh(
 
     @cache
     def distance() -> Field:
-        return mesh_distance(read_mesh(mesh, box), resolution, tolerance)
+        return _mesh_distance(read_mesh(mesh, box), resolution, tolerance)
 
     return CellFamily(
         name=name,
@@ -69,7 +69,7 @@ def cell_from_mesh(
     )
 
 
-def mesh_distance(corners: FloatArray, resolution: int, tolerance: float) -> Field:
+def _mesh_distance(corners: FloatArray, resolution: int, tolerance: float) -> Field:
     """Signed distance to a closed surface of one cell, repeated, as a table.
 
     Parameters

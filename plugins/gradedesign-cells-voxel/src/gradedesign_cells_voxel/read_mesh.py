@@ -16,7 +16,7 @@ from gradedesign.fields import FloatArray
 MeshSource: TypeAlias = str | Path | SurfaceMesh | RawTriangles | ArrayLike
 
 #: Corners this near to a face of the cell, in cell units, lie on it.
-ON_FACE = 1e-4
+_ON_FACE = 1e-4
 
 #: Length of one unit of a file, mm; one that carries none is taken in mm.
 _MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
@@ -61,15 +61,15 @@ def read_mesh(mesh: MeshSource, box: ArrayLike | None) -> FloatArray:
             f"corner"
         )
     placed = (corners - ends[0]) / edges
-    if placed.min() < -ON_FACE or placed.max() > 1 + ON_FACE:
+    if placed.min() < -_ON_FACE or placed.max() > 1 + _ON_FACE:
         raise PluginError(
             f"the surface leaves the cell's box: it reaches from {flat.min(axis=0).tolist()} to "
             f"{flat.max(axis=0).tolist()} mm, the box from {ends[0].tolist()} to "
             f"{ends[1].tolist()} mm; trim it or give the box of one period"
         )
     placed = np.round(placed / _GRAIN) * _GRAIN
-    placed[np.abs(placed) <= ON_FACE] = 0.0
-    placed[np.abs(placed - 1) <= ON_FACE] = 1.0
+    placed[np.abs(placed) <= _ON_FACE] = 0.0
+    placed[np.abs(placed - 1) <= _ON_FACE] = 1.0
     a, b, c = np.moveaxis(placed, 1, 0)
     return np.asarray(placed[np.linalg.norm(np.cross(b - a, c - a), axis=1) > 0])
 

@@ -19,7 +19,7 @@ log = logging.getLogger(__name__)
 VoxelSource: TypeAlias = str | Path | ArrayLike | Sequence[ArrayLike]
 
 #: Fewest voxels along an axis.
-FEWEST = 8
+_FEWEST = 8
 
 
 def read_voxels(voxels: VoxelSource) -> FloatArray:
@@ -39,7 +39,7 @@ def read_voxels(voxels: VoxelSource) -> FloatArray:
     ------
     PluginError
         If the file cannot be read, or holds no three-dimensional array of finite numbers of at
-        least `FEWEST` along each axis that are not all equal.
+        least `_FEWEST` along each axis that are not all equal.
     """
     name = f"voxel file {voxels}" if isinstance(voxels, str | Path) else "the voxel array"
     try:
@@ -51,9 +51,9 @@ def read_voxels(voxels: VoxelSource) -> FloatArray:
         ) from error
     if array.dtype.kind not in "biuf":
         raise PluginError(f"{name} holds {array.dtype}, expected bool, whole or floating numbers")
-    if array.ndim != 3 or min(array.shape) < FEWEST:
+    if array.ndim != 3 or min(array.shape) < _FEWEST:
         raise PluginError(
-            f"{name} has shape {array.shape}, expected (x, y, z) with at least {FEWEST} along each"
+            f"{name} has shape {array.shape}, expected (x, y, z) with at least {_FEWEST} along each"
         )
     values = np.array(array, dtype=np.float64)
     bad = int(np.count_nonzero(~np.isfinite(values)))

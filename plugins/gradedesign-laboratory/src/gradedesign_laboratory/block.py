@@ -29,7 +29,7 @@ from gradedesign.properties import (
 
 log = logging.getLogger(__name__)
 
-Condition = Literal["displacement", "traction", "mixed"]
+_Condition = Literal["displacement", "traction", "mixed"]
 
 #: Stiffness given to void where the boundary carries a traction, over the base material's. Chosen,
 #: not measured.
@@ -74,7 +74,7 @@ def filled_void(fill: FloatArray, stiffness: float = VOID_STIFFNESS) -> FloatArr
 
 def solve_block(
     fill: FloatArray,
-    condition: Condition,
+    condition: _Condition,
     *,
     poissons_ratio: float = 0.3,
     rtol: float = 1e-5,
@@ -118,7 +118,7 @@ def solve_block(
     return BlockSolution(stiffness=stiffness, iterations=iterations, residual=residual)
 
 
-def _load(block: Block, condition: Condition, case: int) -> FloatArray:
+def _load(block: Block, condition: _Condition, case: int) -> FloatArray:
     """Nodal forces of a case, out of balance for a uniform strain or stress."""
     if condition != "traction":
         return unit_load(block.operator, case)
@@ -128,7 +128,7 @@ def _load(block: Block, condition: Condition, case: int) -> FloatArray:
     return -uniform_stress_load(whole, np.eye(6)[case])
 
 
-def _free(block: Block, condition: Condition, case: int) -> BoolArray:
+def _free(block: Block, condition: _Condition, case: int) -> BoolArray:
     """Components of the nodes that are not held in a case."""
     free = np.ones((3, *block.operator.fill.shape), dtype=bool)
     if condition == "traction":
@@ -144,7 +144,7 @@ def _free(block: Block, condition: Condition, case: int) -> BoolArray:
 
 
 def _stiffness(
-    block: Block, condition: Condition, displacement: FloatArray, loads: list[FloatArray]
+    block: Block, condition: _Condition, displacement: FloatArray, loads: list[FloatArray]
 ) -> FloatArray:
     """Apparent stiffness from energies, of mixed conditions from mean stresses.
 

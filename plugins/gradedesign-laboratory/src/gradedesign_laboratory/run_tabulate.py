@@ -69,7 +69,7 @@ def tabulate(
     registry = registry_for(strict_plugins=strict_plugins)
     names = list(dict.fromkeys(cells)) or sorted(registry.cell_families)
     families = {name: named_cell(registry, name).family.name for name in names}
-    make_folder(output)
+    _make_folder(output)
     code = 0
     with ProgressLines("tabulate", err=True):
         for name, (text, message, failed) in _outcomes(
@@ -109,7 +109,7 @@ def with_critical_stresses(table: PropertyTable, earlier: Path) -> PropertyTable
     return replace(table, buckling=buckling)
 
 
-def make_folder(output: Path) -> None:
+def _make_folder(output: Path) -> None:
     """Make the folder of tables where it is missing.
 
     Raises
@@ -136,7 +136,7 @@ def _buckling_text(table: PropertyTable) -> str:
     )
 
 
-def table_outcome(
+def _table_outcome(
     name: str, resolution: int | None, poissons_ratio: float, buckling: bool = False
 ) -> _Outcome:
     """Compute one table in whatever process this is; its plugins must be installed there."""
@@ -166,10 +166,10 @@ def _outcomes(
     count = workers or (usable_cores() if has_dask() else 1)
     if scheduler is None and (count == 1 or len(names) == 1):
         for name in counted(names, "cell", len(names)):
-            yield name, table_outcome(name, resolution, poissons_ratio, buckling)
+            yield name, _table_outcome(name, resolution, poissons_ratio, buckling)
         return
     tasks = [(name, resolution, poissons_ratio, buckling) for name in names]
     cluster = Cluster(workers=min(count, len(names)), scheduler=scheduler)
     # One thread each: the tables beside it have the other processors.
-    for task, future in on_dask(table_outcome, tasks, cluster, text="cells beside each other"):
+    for task, future in on_dask(_table_outcome, tasks, cluster, text="cells beside each other"):
         yield task[0], future.result()

@@ -131,7 +131,7 @@ def strut_lattice(design: LatticeDesign, apart: float) -> DenseLattice | None:
         or any(net.faces is not None for net in domain.nets)
     ):  # fmt: skip
         return None
-    cells = strut_arrays(design, axes, cell_map)
+    cells = _strut_arrays(design, axes, cell_map)
     # Of two samples on both sides of its surface both are nearer than this.
     exact = 1.01 * max(1.0, cells.steep) * apart
     thickness, depths = 0.0, np.zeros(0)
@@ -162,7 +162,7 @@ def strut_lattice(design: LatticeDesign, apart: float) -> DenseLattice | None:
     return DenseLattice(field=field, part=band, pixels=PixelField(solid=solid, chosen=chosen))
 
 
-def strut_arrays(design: LatticeDesign, axes: StrutAxes, cell_map: CellMap) -> StrutArrays:
+def _strut_arrays(design: LatticeDesign, axes: StrutAxes, cell_map: CellMap) -> StrutArrays:
     """Struts and balls of a design in straight cells, as kernels take them."""
     balls = np.stack([axes.balls, axes.balls], axis=1) if axes.ball_ratio != 1.0 else ()
     segments = np.concatenate([axes.segments, np.reshape(balls, (-1, 2, 3))])

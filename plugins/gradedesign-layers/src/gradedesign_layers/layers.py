@@ -46,7 +46,7 @@ def why_no_layers(planned: PlannedPrint | PrintedLattice) -> str:
     return ""
 
 
-def require_printer(lattice: PrintedLattice) -> tuple[float, float]:
+def _require_printer(lattice: PrintedLattice) -> tuple[float, float]:
     """Layer height and pixel, mm.
 
     Raises
@@ -77,7 +77,7 @@ def slice_lattice(lattice: PrintedLattice, *, contoured: bool = False) -> Layers
     """
     if isinstance(lattice.sampled, Layers):
         return lattice.sampled
-    height, pixel = require_printer(lattice)
+    height, pixel = _require_printer(lattice)
     stated = lattice.measured
     meant = lattice.volume
     for left in range(0 if lattice.pixel_size else HALVINGS, -1, -1):
@@ -114,13 +114,13 @@ def _slice_at(lattice: PrintedLattice, height: float, pixel: float) -> Layers:
         height=height,
         layers=(),
     )
-    field = dense_field(lattice, pixel)
+    field = _dense_field(lattice, pixel)
     if isinstance(field, DenseLattice) and field.pixels is not None:
         return _connected(layers, _by_pixels(layers, field.pixels, count), lattice.bodies)
     return _connected(layers, map(_layer, _sampled(layers, field, count)), lattice.bodies)
 
 
-def dense_field(lattice: PrintedLattice, pixel: float) -> Field:
+def _dense_field(lattice: PrintedLattice, pixel: float) -> Field:
     """The field of a lattice for sampling in steps of a pixel."""
     if lattice.design is not None:
         return dense_lattice(lattice.design, 3.0 * pixel)

@@ -19,7 +19,7 @@ from gradedesign_layers.layer_stack import Layers
 from gradedesign_layers.layers import slice_lattice
 
 #: What the images are: sizes, places, metadata.
-INDEX = "stack.json"
+_INDEX = "stack.json"
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _DATE = (1980, 1, 1, 0, 0, 0)
@@ -41,12 +41,12 @@ def export_png_stack(path: Path, lattice: PrintedLattice) -> None:
     width = max(5, len(str(len(layers.layers))))
     names = [f"layer_{number:0{width}d}.png" for number in range(len(layers.layers))]
     with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as stack:
-        stack.writestr(zipfile.ZipInfo(INDEX, _DATE), json.dumps(_index(lattice, layers, names)))
+        stack.writestr(zipfile.ZipInfo(_INDEX, _DATE), json.dumps(_index(lattice, layers, names)))
         for number, name in enumerate(names):
-            stack.writestr(zipfile.ZipInfo(name, _DATE), png_bytes(layers.solid(number)))
+            stack.writestr(zipfile.ZipInfo(name, _DATE), _png_bytes(layers.solid(number)))
     with zipfile.ZipFile(path) as stack:
         for number, name in enumerate(names):
-            if not np.array_equal(png_pixels(stack.read(name)), layers.solid(number)):
+            if not np.array_equal(_png_pixels(stack.read(name)), layers.solid(number)):
                 raise ResourceError(
                     f"{name} in {path} reads back otherwise than it was written; check the disk "
                     f"and write it again"
@@ -67,7 +67,7 @@ def _index(lattice: PrintedLattice, layers: Layers, names: list[str]) -> dict[st
     }
 
 
-def png_bytes(solid: BoolArray) -> bytes:
+def _png_bytes(solid: BoolArray) -> bytes:
     """Image of pixels ``(nx, ny)``, white where solid, the last row of y on top."""
     nx, ny = solid.shape
     rows = np.packbits(solid.T[::-1], axis=1)
@@ -83,8 +83,8 @@ def png_bytes(solid: BoolArray) -> bytes:
     )
 
 
-def png_pixels(image: bytes) -> BoolArray:
-    """Pixels ``(nx, ny)`` of an image of `png_bytes`."""
+def _png_pixels(image: bytes) -> BoolArray:
+    """Pixels ``(nx, ny)`` of an image of `_png_bytes`."""
     nx, ny = struct.unpack(">II", image[16:24])
     (length,) = struct.unpack(">I", image[33:37])
     rows = np.frombuffer(zlib.decompress(image[41 : 41 + length]), dtype=np.uint8).reshape(ny, -1)

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 from gradedesign import Repairer, hookimpl
 
-PYMESHLAB = Repairer(
+_PYMESHLAB = Repairer(
     name="pymeshlab",
     worker="gradedesign_pymeshlab._worker",
     options={
@@ -20,4 +20,4 @@ PYMESHLAB = Repairer(
 @hookimpl
 def gradedesign_repairers() -> Iterable[Repairer]:
     """Register the repairer."""
-    yield PYMESHLAB
+    yield _PYMESHLAB

@@ -28,7 +28,7 @@ from scipy.sparse.csgraph import connected_components
 from gradedesign_step._solids import SEWING_MM, CadSolids, FileRefused
 
 #: Chord tolerance where none is stated, as a share of the diagonal.
-DEFAULT_SHARE = 1e-4
+_DEFAULT_SHARE = 1e-4
 #: Facets of one face turn against each other by no more than this, radians: 12 degrees.
 _TURN = 0.21
 #: A free-form face within this share of the diagonal of a plane or a cylinder is one.
@@ -58,7 +58,7 @@ def triangulate(solids: CadSolids, chord_tolerance: float | None) -> CadTriangle
         If a face cannot be triangulated, or the triangles do not close.
     """
     diagonal = _diagonal(solids.shape)
-    tolerance = DEFAULT_SHARE * diagonal if chord_tolerance is None else chord_tolerance
+    tolerance = _DEFAULT_SHARE * diagonal if chord_tolerance is None else chord_tolerance
     BRepMesh_IncrementalMesh(solids.shape, tolerance, False, _TURN, False)
     meshes = []
     for number, face in enumerate(solids.faces, 1):

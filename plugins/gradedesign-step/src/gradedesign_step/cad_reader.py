@@ -22,7 +22,7 @@ from gradedesign import ExactSurface, FileFaces, PartError, RawTriangles, raw_tr
 #: Seconds that a file may take.
 TIME_LIMIT_S = 600
 #: Memory that a file may take, bytes.
-MEMORY_LIMIT = 12 * 2**30
+_MEMORY_LIMIT = 12 * 2**30
 #: Letters of the process' last words in a message.
 _LAST_WORDS = 300
 
@@ -68,7 +68,7 @@ def _read(path: Path, form: str, chord_tolerance: float | None) -> RawTriangles:
             "path": str(path.absolute()),
             "form": form,
             "chord_tolerance": chord_tolerance,
-            "memory_limit": MEMORY_LIMIT,
+            "memory_limit": _MEMORY_LIMIT,
         }
         (Path(folder) / "request.json").write_text(json.dumps(request), encoding="utf-8")
         _run(folder, path.name)

@@ -101,17 +101,17 @@ def sweep(path: Path, output: Path | None, request: SweepRequest) -> int:
     study = load_study(path, registry, allow_outside=request.allow_outside)
     plain = re.sub(r"[^\w.-]+", "-", study.name).strip("-.") or "sweep"
     with open_sweep(Path("runs") / plain if output is None else output) as folder:
-        rows, code = run_designs(study, folder, request)
+        rows, code = _run_designs(study, folder, request)
         best = write_tables(folder, study, rows)
         write_plot(folder, study, rows, best)
     if request.as_json:
         print_json(table_json(study, rows, best))
     else:
-        print_summary(study, rows, best, folder)
+        _print_summary(study, rows, best, folder)
     return code if all(row.status == FAILED for row in rows) else 0
 
 
-def run_designs(study: Study, folder: Path, request: SweepRequest) -> tuple[list[DesignRow], int]:
+def _run_designs(study: Study, folder: Path, request: SweepRequest) -> tuple[list[DesignRow], int]:
     """Run what is not finished; the rows of the table, and the exit code of the last failure."""
     quiet = request.as_json
     seconds = earlier_seconds(folder)
@@ -149,7 +149,7 @@ def run_designs(study: Study, folder: Path, request: SweepRequest) -> tuple[list
     return list(rows.values()), code
 
 
-def run_design(place: str) -> Outcome:
+def _run_design(place: str) -> Outcome:
     """Run one design in whatever process this is, from where it was interrupted."""
     began = time.monotonic()
     folder = Path(place)
@@ -177,12 +177,12 @@ def _outcomes(
         _warn_of_memory(list(waiting.values()), count, err=request.as_json)
         if count == 1:
             for place in counted(waiting, "design", len(waiting)):
-                yield place, run_design(place)
+                yield place, _run_design(place)
             return
     threads = max(1, usable_cores() // count) if request.scheduler is None else None
     cluster = Cluster(workers=count, scheduler=request.scheduler, threads=threads)
     tasks = [(place,) for place in waiting]
-    for task, future in on_dask(run_design, tasks, cluster, text="designs side by side"):
+    for task, future in on_dask(_run_design, tasks, cluster, text="designs side by side"):
         lost = future.exception()
         if lost is None:
             yield task[0], future.result()
@@ -222,7 +222,7 @@ def _line(row: DesignRow, count: int) -> str:
     return f"{began}{', lightest' if row.lightest else ''}{mass}{utilisation}{took}"
 
 
-def print_summary(
+def _print_summary(
     study: Study, rows: Sequence[DesignRow], best: frozenset[int], folder: Path
 ) -> None:
     """Print the table in short: what each design weighs, and the limit that it uses most."""

@@ -28,7 +28,7 @@ from gradedesign.commands import (
 from gradedesign_sweep.study_schema import StudyFile
 
 #: Designs of one study at most.
-MOST_DESIGNS = 1000
+_MOST_DESIGNS = 1000
 
 #: Values by dotted key, as TOML gives them.
 Values: TypeAlias = dict[str, Any]
@@ -90,8 +90,8 @@ def load_study(path: Path, registry: Registry, *, allow_outside: bool = False) -
     ------
     CaseError
         If the file is no study; a key is none of the case; a list is empty; there is nothing to
-        vary, or more than `MOST_DESIGNS` designs; a design is no valid case, or the same as another
-        one.
+        vary, or more than `_MOST_DESIGNS` designs; a design is no valid case, or the same as
+        another one.
     """
     file = Path(path).absolute()
     try:
@@ -103,7 +103,7 @@ def load_study(path: Path, registry: Registry, *, allow_outside: bool = False) -
     data, lines = read_toml(file)
     content = _content(file, data, lines)
     base = case_file(file.parent / content.study.case)
-    every = designs_of(file, content, lines)
+    every = _designs_of(file, content, lines)
     designs = tuple(
         Design(
             number=number,
@@ -137,7 +137,7 @@ def _content(file: Path, data: Mapping[str, Any], lines: Mapping[Key, int]) -> S
         raise case_error(file, lines, problems) from None
 
 
-def designs_of(file: Path, content: StudyFile, lines: Mapping[Key, int]) -> list[Values]:
+def _designs_of(file: Path, content: StudyFile, lines: Mapping[Key, int]) -> list[Values]:
     """Values of every design: the combinations of the lists, for each of the rows.
 
     Raises
@@ -158,10 +158,10 @@ def designs_of(file: Path, content: StudyFile, lines: Mapping[Key, int]) -> list
             f'{file}: nothing to vary; add [vary] with lists such as "lattice.size" = '
             f'["10 mm", "12 mm"], or [[design]] tables'
         )
-    if count > MOST_DESIGNS:
+    if count > _MOST_DESIGNS:
         each = " x ".join(str(n) for n in (len(rows), *map(len, lists.values())) if n > 1)
         raise CaseError(
-            f"{file}: {each} = {count} designs; expected {MOST_DESIGNS} at most: shorten a list, "
+            f"{file}: {each} = {count} designs; expected {_MOST_DESIGNS} at most: shorten a list, "
             f"or split the study"
         )
     return [

@@ -17,7 +17,7 @@ from gradedesign.commands import (
 from gradedesign_sweep.study import Design, Study, value_text
 
 #: Status of a design that was not run yet.
-WAITING = "waiting"
+_WAITING = "waiting"
 FAILED = "failed"
 
 
@@ -66,7 +66,7 @@ class DesignRow:
         Values of the design in one line.
     values : mapping of dotted key to value
     status : str
-        Of its run, or `WAITING`.
+        Of its run, or `_WAITING`.
     limits : mapping of name to LimitValue
         In the order of the result.
     error : str
@@ -125,7 +125,7 @@ def design_row(
         number=design.number,
         label=design.label,
         values=dict(design.values),
-        status=WAITING,
+        status=_WAITING,
         folder=folder,
         limits={},
         seconds=seconds,
@@ -142,11 +142,11 @@ def design_row(
         mass_g=result.mass_g,
         solid_mass_g=result.solid_mass_g,
         relative_density=result.relative_density,
-        limits={limit_name(row): limit_value(row) for row in result.limits},
+        limits={_limit_name(row): limit_value(row) for row in result.limits},
     )
 
 
-def limit_name(row: LimitRow) -> str:
+def _limit_name(row: LimitRow) -> str:
     """Name of a limit, with its load case where it belongs to one."""
     return f"{row.name} ({row.key.load_case})" if row.key.load_case else row.name
 

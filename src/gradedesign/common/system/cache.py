@@ -22,7 +22,7 @@ from gradedesign.errors import CaseError, ResourceError
 log = logging.getLogger(__name__)
 
 #: Types of which a content key can be made.
-KeyPart: TypeAlias = bytes | str | float | int | NDArray[Any]
+_KeyPart: TypeAlias = bytes | str | float | int | NDArray[Any]
 
 _KIND = re.compile(r"[a-z0-9][a-z0-9-]*")
 _KEY = re.compile(r"[0-9a-f]{64}")
@@ -49,7 +49,7 @@ def cache_folder() -> Path:
         ) from cause
 
 
-def content_key(*parts: KeyPart) -> str:
+def content_key(*parts: _KeyPart) -> str:
     """Return the SHA-256 of a sequence of values, in hexadecimal.
 
     Type, length, shape and dtype count: ``1``, ``1.0``, ``True``, ``"1"`` and ``[1.0]`` have
@@ -68,7 +68,7 @@ def content_key(*parts: KeyPart) -> str:
     return digest.hexdigest()
 
 
-def _encoded(part: KeyPart) -> tuple[bytes, bytes | memoryview]:
+def _encoded(part: _KeyPart) -> tuple[bytes, bytes | memoryview]:
     """Return a tag that names the type (and shape) and the bytes of the value."""
     if isinstance(part, bytes):
         return b"bytes", part

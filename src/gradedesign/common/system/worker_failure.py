@@ -12,7 +12,7 @@ from gradedesign.errors import GradeDesignError, MeshError, ResourceError
 #: How a worker says that it ran out of memory: the exit code of `ResourceError`.
 MEMORY_EXIT = ResourceError.exit_code
 #: Files in a worker's folder: what it printed, that it began its work, the most memory it held.
-LOG_NAME, READY_NAME, PEAK_NAME = "log.txt", "ready", "peak.txt"
+LOG_NAME, READY_NAME, _PEAK_NAME = "log.txt", "ready", "peak.txt"
 #: Exit code after SIGKILL, a name that Windows lacks.
 _KILLED = -9
 #: A worker that held this share of its limit when it was killed had no memory left. Chosen, not
@@ -124,7 +124,7 @@ def _killed(ending: Ending, words: str) -> ResourceError:
 def _peak_bytes(folder: Path) -> int | None:
     """Return the most memory a worker held, as its launcher noted it."""
     try:
-        return int((folder / PEAK_NAME).read_text(encoding="ascii"))
+        return int((folder / _PEAK_NAME).read_text(encoding="ascii"))
     except (OSError, ValueError):
         return None  # the launcher itself was killed
 

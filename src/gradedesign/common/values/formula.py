@@ -30,7 +30,7 @@ from gradedesign.errors import CaseError
 LONGEST, DEEPEST = 1000, 40
 
 #: Variables of a formula of the part, mm.
-VARIABLES = ("x", "y", "z", "d")
+_VARIABLES = ("x", "y", "z", "d")
 CONSTANTS = {"pi": math.pi}
 
 _TOKEN = re.compile(
@@ -96,7 +96,7 @@ class Formula:
     variables: frozenset[str]
 
 
-def parse_formula(text: str, *, variables: tuple[str, ...] = VARIABLES) -> Formula:
+def parse_formula(text: str, *, variables: tuple[str, ...] = _VARIABLES) -> Formula:
     """Parse a formula.
 
     Parameters

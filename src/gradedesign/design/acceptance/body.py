@@ -12,7 +12,7 @@ from gradedesign.arrays import IntArray
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
 
 #: Closed voids of a smaller share of the solid are no warning. Chosen, not measured.
-LEAST_VOIDS = 1e-3
+_LEAST_VOIDS = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,7 +84,7 @@ def void_warnings(voids: int, voids_mm3: float, solid_mm3: float) -> tuple[str, 
     voids_mm3, solid_mm3 : float, mm^3
         Volume of the voids together, and of the solid.
     """
-    if voids_mm3 <= LEAST_VOIDS * solid_mm3:
+    if voids_mm3 <= _LEAST_VOIDS * solid_mm3:
         return ()
     many = "a closed void" if voids == 1 else f"{voids} closed voids"
     return (

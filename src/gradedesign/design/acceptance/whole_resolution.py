@@ -15,15 +15,15 @@ RATIO = 1.5
 TIME_SHARE = 1.0 / 6.0
 #: Bytes that stay for each unknown of the iteration's analysis: weights of elements, displacements
 #: and stress at the sample points (measured 126, gyroid sheets of density 0.15, 1.1 M unknowns).
-RESULT_BYTES = 140
+_RESULT_BYTES = 140
 #: Bytes of the search of the printed surface for each unknown of the iteration's analysis and of
 #: the next coarser one of the surface (245 a triangle; `ramirez-whole` has 6.3 M triangles to 8.7 M
 #: unknowns of both).
-SURFACE_BYTES = 180
+_SURFACE_BYTES = 180
 #: Time of a dual over that of the first load case, and bytes of its displacements for each unknown:
 #: a further load case takes 0.7, and a dual 13 iterations of its 19 (`load_cases.DUAL_ENERGY`;
 #: gyroid sheets of density 0.3 between plates, four spacings).
-DUAL, DUAL_BYTES = 0.5, 8
+_DUAL, _DUAL_BYTES = 0.5, 8
 #: Seconds of an analysis of a printed surface beside its bricks and unknowns: supports, loads, the
 #: search of the surface, stress measures. `mini`, where they count: 2.1 and 3.1 s of processor time
 #: with 30,000 and 68,000 unknowns, 2.6 of these 5.2 by their number; `size-graded` took 20 s where
@@ -51,11 +51,11 @@ def whole_estimates(
 
     ``earlier_unknowns`` are the unknowns of the iteration's analysis, whose result stays.
     """
-    first = judging_estimate(planned, spacing)
+    first = _judging_estimate(planned, spacing)
     return first, finer_estimate(planned, spacing / RATIO, earlier_unknowns)
 
 
-def judging_estimate(planned: PlannedSolid, spacing: float) -> AnalysisEstimate:
+def _judging_estimate(planned: PlannedSolid, spacing: float) -> AnalysisEstimate:
     """Size of an analysis that keeps the duals of its goals; ``spacing``, mm, is its own.
 
     Their time is none of the analysis' share of the stated time: the limits that a case states
@@ -63,7 +63,7 @@ def judging_estimate(planned: PlannedSolid, spacing: float) -> AnalysisEstimate:
     """
     size = FINITE_CELLS.estimate(planned, spacing)
     duals = planned.goals * size.unknowns
-    return replace(size, memory_bytes=size.memory_bytes + DUAL_BYTES * duals)
+    return replace(size, memory_bytes=size.memory_bytes + _DUAL_BYTES * duals)
 
 
 def finer_estimate(
@@ -77,9 +77,9 @@ def finer_estimate(
     earlier_unknowns : int
         Unknowns of the iteration's analysis.
     """
-    size = judging_estimate(planned, spacing)
+    size = _judging_estimate(planned, spacing)
     coarser = FINITE_CELLS.estimate(planned, spacing * RATIO).unknowns
-    stays = RESULT_BYTES * earlier_unknowns + SURFACE_BYTES * (earlier_unknowns + coarser)
+    stays = _RESULT_BYTES * earlier_unknowns + _SURFACE_BYTES * (earlier_unknowns + coarser)
     return replace(size, memory_bytes=size.memory_bytes + stays)
 
 
@@ -112,6 +112,6 @@ def judged_seconds(
     """
     first, finer = whole_estimates(planned, spacing, earlier_unknowns)
     if not within_budgets(finer, memory, time):
-        finer = judging_estimate(planned, spacing * RATIO)
-    duals = DUAL * UNKNOWN_S * planned.goals * (first.unknowns + finer.unknowns)
+        finer = _judging_estimate(planned, spacing * RATIO)
+    duals = _DUAL * UNKNOWN_S * planned.goals * (first.unknowns + finer.unknowns)
     return seconds(first) + seconds(finer) + duals + 2 * BESIDE_S

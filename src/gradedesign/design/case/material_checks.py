@@ -13,7 +13,7 @@ from gradedesign.mechanics.material.material_schema import MaterialSpec
 
 #: Elastic limit over E that no rigid solid exceeds: perfect crystals break near E / 15 (Ashby and
 #: Jones, Engineering Materials 1), the strongest wires and glassy polymers yield below E / 20.
-MOST_STRAIN = 0.05
+_MOST_STRAIN = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,11 +67,11 @@ def material_warnings(spec: MaterialSpec) -> Iterator[Problem]:
         if value is not None and (remark := span.remark(value)):
             yield Problem(key=("material", span.key), message=remark)
     modulus, strength = spec.youngs_modulus, spec.yield_strength
-    if modulus is not None and strength is not None and strength > MOST_STRAIN * modulus:
+    if modulus is not None and strength is not None and strength > _MOST_STRAIN * modulus:
         yield Problem(
             key=("material", "yield_strength"),
             message=f"found {strength:g} MPa, more than a twentieth of the "
-            f"youngs_modulus of {modulus / 1e3:g} GPa, {MOST_STRAIN * modulus:g} MPa, which no "
+            f"youngs_modulus of {modulus / 1e3:g} GPa, {_MOST_STRAIN * modulus:g} MPa, which no "
             f"metal, ceramic or rigid polymer reaches, only rubbers do: is its unit right?",
         )
 
@@ -95,11 +95,11 @@ def beyond_yield(limits: LimitsSpec, strength: float, modulus: float, *, name: s
             f"no linear elastic analysis holds; expected at most {strength:g} MPa, or "
             f"safety_factor = 1.5 in its place; beyond_yield = true in [limits] allows it"
         )
-    if math.isnan(strength) and stress > MOST_STRAIN * modulus:
+    if math.isnan(strength) and stress > _MOST_STRAIN * modulus:
         return (
             f"found {stress:g} MPa, more than a twentieth of the Young's modulus of {modulus:g} "
             f"MPa of {name}, which no metal, ceramic or rigid polymer bears; expected less than "
-            f"{MOST_STRAIN * modulus:g} MPa; beyond_yield = true in [limits] allows it"
+            f"{_MOST_STRAIN * modulus:g} MPa; beyond_yield = true in [limits] allows it"
         )
     return ""
 

@@ -11,14 +11,14 @@ from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 
 #: Thinnest wall and layer, mm, of the coarsest printers, which lay beads of concrete or weld metal.
 #: Chosen, not measured.
-MOST_LEAST_WALL = 50.0
+_MOST_LEAST_WALL = 50.0
 #: Elements along the shortest edge of a cell, at least: two for its solid and two for its void.
-LEAST_ELEMENTS = 4
+_LEAST_ELEMENTS = 4
 
 
 def grid_problems(lattice: LatticeSpec, run: RunSpec) -> Iterator[Problem]:
     """Find a stated grid of the explicit analysis that is too coarse for the cells."""
-    stated, most = run.explicit_mesh_size, lattice.cell_size / LEAST_ELEMENTS
+    stated, most = run.explicit_mesh_size, lattice.cell_size / _LEAST_ELEMENTS
     if stated is not None and stated > most:
         yield Problem(
             key=("run", "explicit_mesh_size"),
@@ -47,14 +47,14 @@ def wall_problems(lattice: LatticeSpec, spec: PrintSpec | None) -> Iterator[Prob
         ("pixel_size", "resolution within a layer"),
     ):
         value = getattr(spec, key)
-        if value is not None and value > MOST_LEAST_WALL:
+        if value is not None and value > _MOST_LEAST_WALL:
             yield Problem(
                 key=("print", key),
-                message=f"found {value:g} mm; expected the {what}, {MOST_LEAST_WALL:g} mm at most; "
-                f"is its unit right?",
+                message=f"found {value:g} mm; expected the {what}, {_MOST_LEAST_WALL:g} mm at "
+                f"most; is its unit right?",
             )
     least = spec.min_wall
-    if least is None or least > MOST_LEAST_WALL:
+    if least is None or least > _MOST_LEAST_WALL:
         return
     size, wall = lattice.cell_size, lattice.wall
     if size < 2 * least:

@@ -17,7 +17,7 @@ ENOUGH = 3
 #: Chosen, not measured.
 CLOSE = 0.05
 #: Ways that are this near to an end lead to a design that is known. Chosen, not measured.
-LEAST_WAY = 0.02
+_LEAST_WAY = 0.02
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,7 +76,7 @@ def design_between(
     lighter = max(broken, key=lambda k: masses[k])
     below, above = _uses(expected[lighter]), _uses(expected[heavier])
     way = max(_way(below[key], above[key]) for key in below if key in above)
-    if not LEAST_WAY < way < 1.0 - LEAST_WAY:
+    if not _LEAST_WAY < way < 1.0 - _LEAST_WAY:
         return None
     low, high = ({row.key: row.value for row in rows[k]} for k in (lighter, heavier))
     values = {

@@ -20,7 +20,7 @@ from gradedesign.mechanics.limits.verdict import (
 #: measured.
 NEAR = 0.88
 #: A design with this expected utilisation may hold: factors of two acceptances differ by 1 to 3 %.
-MAY_HOLD = 1.02
+_MAY_HOLD = 1.02
 
 
 def judge_left(
@@ -116,7 +116,7 @@ def _nearest_left(
         for i in iterations
         if i.summary.number not in tried
     }
-    return used[min(used)] if used and min(used) <= MAY_HOLD else None
+    return used[min(used)] if used and min(used) <= _MAY_HOLD else None
 
 
 def _lighter_left(

@@ -34,7 +34,7 @@ from gradedesign.mechanics.limits.verdict import (
 
 #: Designs in succession that could be analysed at one resolution only, after which no other is
 #: tried: those of one case need much the same.
-MOST_UNJUDGED = 2
+_MOST_UNJUDGED = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -202,15 +202,15 @@ def _judge(stages: Stages, run: _Run, design: DesignIteration) -> Ended | None:
     latest = _accept(stages, run, design)
     run.accepted = _better(run.accepted, latest)
     if latest.holds and is_tight(latest.rows, at_lower_bound=design.at_lower_bound):
-        return tight_end(run.accepted, latest)
+        return _tight_end(run.accepted, latest)
     judged = Judged(holds=latest.holds, factors=dict(latest.factors))
-    run.factors = next_factors(run.last, judged, refused=bool(run.refused))
+    run.factors = _next_factors(run.last, judged, refused=bool(run.refused))
     run.last = judged
     if not latest.holds:
         run.refused = (*run.refused, number)
     stages.store_acceptance(run.refused, run.factors, judged)
     run.unjudged = run.unjudged + 1 if latest.unjudged else 0
-    if run.unjudged == MOST_UNJUDGED:
+    if run.unjudged == _MOST_UNJUDGED:
         return unjudged_end(latest.unjudged)
     return enclosed_by(run.accepted, run.iterations, run.refused)
 
@@ -248,7 +248,7 @@ def _iterate(stages: Stages, run: _Run) -> Ended | None:
     return None
 
 
-def next_factors(before: Judged | None, now: Judged, *, refused: bool) -> Factors:
+def _next_factors(before: Judged | None, now: Judged, *, refused: bool) -> Factors:
     """Factors for the next design: where two designs enclose it, the means of both.
 
     After a first refused design its factors alone count: earlier ones were far from their limits.
@@ -265,7 +265,7 @@ def next_factors(before: Judged | None, now: Judged, *, refused: bool) -> Factor
     return mean_factors(before.factors, now.factors)
 
 
-def tight_end(accepted: Accepted, latest: Accepted) -> Ended:
+def _tight_end(accepted: Accepted, latest: Accepted) -> Ended:
     """End because a design uses a limit, or because an earlier one is lighter without."""
     if accepted is latest:
         return TIGHT_END

@@ -18,10 +18,10 @@ from gradedesign.design.resolve.least_density import USUAL_ITERATIONS
 from gradedesign.mechanics.explicit.tets import DOFS_PER_TET, solve_seconds
 
 #: Homogenised analyses beside sizing, counted in its iterations: prediction and correction.
-LEARNING_SIZING_ITERATIONS = 2
+_LEARNING_SIZING_ITERATIONS = 2
 #: Acceptances of a run of more than one iteration: the first that holds teaches factors, the last
 #: decides. Two in `mini` and in `size-graded`.
-USUAL_ACCEPTANCES = 2
+_USUAL_ACCEPTANCES = 2
 #: A prediction is meant to be right within this factor on an idle machine. Chosen, not measured.
 WITHIN = 2.0
 
@@ -153,16 +153,16 @@ def predict_cost(
     learned : bool
         Whether ``speed`` comes from a finished iteration of the run itself.
     """
-    sizing = sizing_seconds(work, speed, FIRST_SIZING_ITERATIONS[0])
+    sizing = _sizing_seconds(work, speed, FIRST_SIZING_ITERATIONS[0])
     mesh, solve = speed.mesh * work.explicit_mesh_s, speed.solve * work.explicit_solve_s
     remeshed = int(work.mesher_tets * DOFS_PER_TET)
     again = speed.solve * solve_seconds(remeshed, work.load_cases)
     accept = mesher_seconds(work.mesher_tets, speed) + again
     whole = speed.solve * work.whole_s
-    learning = sizing_seconds(work, speed, LEARNING_SIZING_ITERATIONS)
+    learning = _sizing_seconds(work, speed, _LEARNING_SIZING_ITERATIONS)
     iterations = min(USUAL_ITERATIONS, work.iterations)
-    sized = sum(sizing_seconds(work, speed, sizing_iterations_of(n)) for n in range(iterations))
-    accepted = min(USUAL_ACCEPTANCES, iterations) * (whole + accept)
+    sized = sum(_sizing_seconds(work, speed, _sizing_iterations_of(n)) for n in range(iterations))
+    accepted = min(_USUAL_ACCEPTANCES, iterations) * (whole + accept)
     return CostPrediction(
         part_dofs=work.part_dofs,
         explicit_dofs=work.explicit_dofs,
@@ -179,7 +179,7 @@ def predict_cost(
     )
 
 
-def sizing_iterations_of(finished: int) -> int:
+def _sizing_iterations_of(finished: int) -> int:
     """Sizing iterations of the iteration after ``finished`` ones."""
     return (
         FIRST_SIZING_ITERATIONS[finished]
@@ -188,7 +188,7 @@ def sizing_iterations_of(finished: int) -> int:
     )
 
 
-def sizing_seconds(work: RunWork, speed: Speed, iterations: int) -> float:
+def _sizing_seconds(work: RunWork, speed: Speed, iterations: int) -> float:
     """Seconds of a sizing, s."""
     solves = work.load_cases + work.adjoint_solves
     return speed.sizing * work.part_dofs * solves * iterations
@@ -219,7 +219,7 @@ def learned_speed(
         For the other stages.
     """
     believed = {
-        "sizing": sizing_seconds(work, speed, iterations),
+        "sizing": _sizing_seconds(work, speed, iterations),
         "explicit mesh": speed.mesh * work.explicit_mesh_s,
         "explicit solve": speed.solve * work.explicit_solve_s,
     }

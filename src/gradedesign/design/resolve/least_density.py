@@ -17,7 +17,7 @@ SAMPLES = 400
 USUAL_ITERATIONS = 3
 #: Share of the stated time that these and acceptance may be predicted to take: sizing and stress in
 #: body-fitted meshes take the rest. Chosen, not measured.
-RUN_SHARE = 0.75
+_RUN_SHARE = 0.75
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,12 +34,12 @@ class Need:
 
     def iterated(self, memory: float, time: float) -> bool:
         """Whether the budgets hold the iterations and an acceptance that is no finer."""
-        return self.memory <= memory and self.other_seconds <= RUN_SHARE * time
+        return self.memory <= memory and self.other_seconds <= _RUN_SHARE * time
 
     def judged(self, memory: float, time: float) -> bool:
         """Whether the budgets hold the finer resolution of acceptance, and the whole run."""
         together = self.finer_seconds + self.other_seconds
-        in_time = self.finer_seconds <= TIME_SHARE * time and together <= RUN_SHARE * time
+        in_time = self.finer_seconds <= TIME_SHARE * time and together <= _RUN_SHARE * time
         return in_time and max(self.memory, self.finer_memory) <= memory
 
     def words(self) -> str:

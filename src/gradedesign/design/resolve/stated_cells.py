@@ -34,9 +34,9 @@ from gradedesign.geometry.lattice.transition_schema import TransitionSpec
 
 #: The weight of a second family is kept on a grid with this many nodes per cell. Chosen, not
 #: measured.
-WEIGHT_NODES_PER_CELL = 8
+_WEIGHT_NODES_PER_CELL = 8
 #: Places along a cell at which a mix looks up its share: one in every block of `local_level`.
-PLACES_PER_CELL = 12
+_PLACES_PER_CELL = 12
 
 
 def stated_cells(case: Case, registry: Registry) -> Cells:
@@ -111,7 +111,7 @@ def placed_cells(
     spec, measures = case.lattice, dict[str, Any]()
     if spec.parameter_map is not None:
         name = spec.parameter_map.parameter
-        share = parameter_share(case, spec.parameter_map, density, domain)
+        share = _parameter_share(case, spec.parameter_map, density, domain)
         measures = {"parameter": name, "values": [c.parameters[name] for c in cells.members]}
     elif spec.transition is not None:
         with locating(case.where, "lattice.transition.weight"):
@@ -152,7 +152,7 @@ def _levelled(
 
     ``share`` gives the place along the row of cells, 0 to 1, at points ``(3, ...)`` mm.
     """
-    spacing, count = case.lattice.cell_size / PLACES_PER_CELL, len(cells.members)
+    spacing, count = case.lattice.cell_size / _PLACES_PER_CELL, len(cells.members)
     x, y, z = (int(n) for n in np.ceil((domain.upper - domain.lower) / spacing))
     middles = domain.lower + 0.5 * spacing
     points = grid_points(middles, (0, 0, 0), (x, y, z), spacing).reshape(3, -1)
@@ -178,7 +178,7 @@ def _weight_grid(case: Case, spec: TransitionSpec, domain: DesignDomain) -> Dens
         domain.distance,
         domain.lower,
         domain.upper,
-        spacing=case.lattice.cell_size / WEIGHT_NODES_PER_CELL,
+        spacing=case.lattice.cell_size / _WEIGHT_NODES_PER_CELL,
         window=(0.0, 1.0),
         quantity="weight of the transition",
         memory_limit_bytes=case.run.memory,
@@ -190,7 +190,7 @@ def least_density(density: DensityGrid | float) -> float:
     return float(density.values.min()) if isinstance(density, DensityGrid) else density
 
 
-def parameter_share(
+def _parameter_share(
     case: Case,
     spec: ParameterMapSpec,
     density: DensityGrid | float,
@@ -222,7 +222,7 @@ def parameter_share(
             domain.distance,
             domain.lower,
             domain.upper,
-            spacing=case.lattice.cell_size / WEIGHT_NODES_PER_CELL,
+            spacing=case.lattice.cell_size / _WEIGHT_NODES_PER_CELL,
             window=(0.0, 1.0),
             quantity=f"formula of {spec.parameter}, with {first:g} as 0 and {last:g} as 1,",
             memory_limit_bytes=case.run.memory,

@@ -53,7 +53,7 @@ def stated_result(registry: Registry, stated: StatedLattice, made: StatedPrint) 
         "target": total(slabs[0], "target"),
         "field": total(slabs[0], "field"),
         on: total(slabs[0], "surface"),
-        "slabs": {"xyz"[s.axis]: slab_data(s) for s in slabs},
+        "slabs": {"xyz"[s.axis]: _slab_data(s) for s in slabs},
     }
     material, part = stated.material, stated.part
     heavy = None if material is None else material.density
@@ -106,7 +106,7 @@ def _loose_data(made: StatedPrint) -> dict[str, Any]:
     return {"closed_voids": {"count": islands.pockets, "volume_mm3": islands.pocket_volume}}
 
 
-def slab_data(slabs: SlabDensities) -> dict[str, Any]:
+def _slab_data(slabs: SlabDensities) -> dict[str, Any]:
     """Plain data of the slabs across one axis."""
     field, surface = slabs.field - slabs.target, slabs.surface - slabs.target
     return {

@@ -9,7 +9,7 @@ from gradedesign.common.system.program_key import program_key
 from gradedesign.geometry.cell.cell import Cell
 
 #: Points of a period at which a cell's field is told from every other. Chosen, not measured.
-PROBES = 2000
+_PROBES = 2000
 
 
 def cell_key(cell: Cell) -> str:
@@ -21,7 +21,7 @@ def cell_key(cell: Cell) -> str:
         Another one wherever the field, its levels or the program changed.
     """
     family, parameters = cell.family, dict(cell.parameters)
-    points = np.random.default_rng(1).uniform(0.0, float(family.period), (3, PROBES))
+    points = np.random.default_rng(1).uniform(0.0, float(family.period), (3, _PROBES))
     densities = np.linspace(*cell.window, 17)
     return content_key(
         program_key(),

@@ -24,7 +24,7 @@ from gradedesign.geometry.cell.maker import CellMaker
 #: Cell coordinates of a formula: a cell reaches from 0 to 1 along each.
 AXES = ("x", "y", "z")
 KINDS = ("network", "sheet")
-SYMMETRIES = ("cubic", "tetragonal", "orthotropic", "none")
+_SYMMETRIES = ("cubic", "tetragonal", "orthotropic", "none")
 #: Points of the cell at which a formula is tried before it is used. Chosen, not measured.
 _TRIALS = 4096
 _WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
@@ -62,7 +62,7 @@ def formula_cell(
     >>> cell.shape(np.array([[0.5], [0.5], [0.5]]))
     array([-3.])
     """
-    for key, value, allowed in (("kind", kind, KINDS), ("symmetry", symmetry, SYMMETRIES)):
+    for key, value, allowed in (("kind", kind, KINDS), ("symmetry", symmetry, _SYMMETRIES)):
         if value not in allowed:
             raise _wrong(key, f"found {shown(value)}; {instead(str(value), allowed)}")
     defaults = _defaults(parameters)

@@ -19,7 +19,7 @@ from gradedesign.geometry.cell.cells import Cells, cell_pair
 FRAGMENT_SHARE = 1e-3
 #: Least area of solid across a transition, over its density, that is no bottleneck. Chosen, not
 #: measured.
-LEAST_AREA = 0.15
+_LEAST_AREA = 0.15
 _SHIFTS = (
     (0.0, 0.0, 0.0),
     (0.25, 0.25, 0.25),
@@ -133,7 +133,7 @@ def joining_shift(
     """Shift of the second family, in cells, with which the transition is one connected component.
 
     None where that joins them well: a neck of at least half the thinner family's, through planes
-    with at least `LEAST_AREA` of the specified solid. Else the one of half or quarter cells with
+    with at least `_LEAST_AREA` of the specified solid. Else the one of half or quarter cells with
     the widest neck.
 
     Raises
@@ -148,9 +148,9 @@ def joining_shift(
         neck = measure_neck(pair, density, length=length, resolution=resolution)
         if neck.components == 1 and neck.width > 0:
             thinner = min(neck.first_width, neck.second_width)
-            if not any(shift) and neck.width >= 0.5 * thinner and neck.area >= LEAST_AREA:
+            if not any(shift) and neck.width >= 0.5 * thinner and neck.area >= _LEAST_AREA:
                 return shift
-            rank = (neck.area >= LEAST_AREA, neck.width, neck.area)
+            rank = (neck.area >= _LEAST_AREA, neck.width, neck.area)
             if rank > widest:
                 best, widest = shift, rank
     if best is None:

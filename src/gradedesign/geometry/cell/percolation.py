@@ -16,7 +16,7 @@ from gradedesign.geometry.cell._percolation_kernels import (
 
 #: Share of the solid, or of the void, that may lie in components of its own: grid noise. Chosen,
 #: not measured.
-FLOATING_SHARE = 1e-3
+_FLOATING_SHARE = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,7 +30,7 @@ class Percolation:
     neck : (float, float, float)
         Point, in periods, at which the solid connects in all three directions as the level rises.
     last_neck : (float, float, float)
-        The same where it becomes one piece, apart from a share of `FLOATING_SHARE`: in a random
+        The same where it becomes one piece, apart from a share of `_FLOATING_SHARE`: in a random
         cell, large parts join the solid long after it connects.
     """
 
@@ -46,7 +46,7 @@ def percolation(values: FloatArray, *, open_void: bool = True) -> Percolation | 
     At a level ``t`` the cell is usable when
 
     - the solid ``g <= t`` is one piece that connects the cell to its copies in all three
-      directions, apart from a share of `FLOATING_SHARE`: nothing floats, and no second lattice
+      directions, apart from a share of `_FLOATING_SHARE`: nothing floats, and no second lattice
       stands unconnected inside the first;
     - the void ``g > t`` consists of components that each lead through the cell in three directions
       (one for a network, two for a sheet), apart from the same share: no powder is locked in.
@@ -78,14 +78,14 @@ def percolation(values: FloatArray, *, open_void: bool = True) -> Percolation | 
     flood(order, n, solid)
     filled = np.arange(1, count + 1)
     solid_ok = (solid[:, LARGEST_INDEX] == 1) & (
-        filled - solid[:, LARGEST] <= FLOATING_SHARE * filled
+        filled - solid[:, LARGEST] <= _FLOATING_SHARE * filled
     )
     usable = solid_ok[:-1]
     if open_void:
         void = np.zeros((count, 3), dtype=np.int64)
         flood(order[::-1].copy(), n, void)
         void_ok = (void[:, SPANNING_TOTAL] > 0) & (
-            filled - void[:, SPANNING_TOTAL] <= FLOATING_SHARE * filled
+            filled - void[:, SPANNING_TOTAL] <= _FLOATING_SHARE * filled
         )
         # After adding k nodes from below, count - k remain above.
         usable &= void_ok[::-1][1:]

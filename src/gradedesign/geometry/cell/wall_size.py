@@ -37,7 +37,7 @@ from gradedesign.geometry.fields.level_set import level_set_points
 KIND = "cell-walls"
 
 #: Share of a sheet's middle surface that may be thinner than the result. Chosen, not measured.
-THIN_SHARE = 0.01
+_THIN_SHARE = 0.01
 
 #: Densities at which the wall is measured; a monotone cubic between. Chosen, not measured.
 _STEPS = 13
@@ -50,7 +50,7 @@ _GRID_OF_LONG_PERIODS = 96
 #: cell to both sides. Chosen, not measured.
 _NEAR = 3
 #: Points of the middle surface at which a sheet's thickness is measured, of which 15 make up
-#: `THIN_SHARE`. Chosen, not measured.
+#: `_THIN_SHARE`. Chosen, not measured.
 _MIDDLE_POINTS = 1500
 
 #: A point this near to a surface, in cell units, or to a valley, by its rise, lies on it.
@@ -140,7 +140,7 @@ def _measured_walls(cell: Cell) -> FloatArray:
         # Voids too small for the grid, close to full density, add no wall to the last one measured.
         if top < level < view.seen:
             distance = _distance_to_level(view, float(level), core)
-            wall[i] = 2.0 * view.edge * np.quantile(distance, THIN_SHARE if valley else 0.0)
+            wall[i] = 2.0 * view.edge * np.quantile(distance, _THIN_SHARE if valley else 0.0)
     return np.maximum.accumulate(wall)
 
 

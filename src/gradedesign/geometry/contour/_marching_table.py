@@ -98,7 +98,7 @@ def _diagonal_cost(a: int, b: int) -> float:
     return float(np.linalg.norm(_midpoint(a) - _midpoint(b)))
 
 
-def triangulate_loop(loop: list[int]) -> tuple[tuple[int, int, int], ...]:
+def _triangulate_loop(loop: list[int]) -> tuple[tuple[int, int, int], ...]:
     """Triangles over a loop with the shortest diagonals, none of them in a cube face.
 
     Raises
@@ -143,7 +143,7 @@ def marching_table() -> tuple[NDArray[np.int8], NDArray[np.int8]]:
     triangles = np.full((256, 5, 3), -1, dtype=np.int8)
     counts = np.zeros(256, dtype=np.int8)
     for case in range(256):
-        case_triangles = [t for loop in contour_loops(case) for t in triangulate_loop(loop)]
+        case_triangles = [t for loop in contour_loops(case) for t in _triangulate_loop(loop)]
         counts[case] = len(case_triangles)
         if case_triangles:
             triangles[case, : len(case_triangles)] = case_triangles

@@ -8,11 +8,11 @@ from gradedesign.errors import LatticeError, ResourceError
 
 #: Memory that a vertex takes with its triangles at the peak of what is made of a surface: 1.53 GB
 #: for 5.56 million (10 x 10 x 10 gyroid sheets), the program itself included.
-BYTES_PER_VERTEX = 300.0
+_BYTES_PER_VERTEX = 300.0
 #: A finer grid aims at this share of the allowed error, which grows as the fourth power of the
 #: step: no two grids meet struts alike. Its step over the last one is held between these: where
 #: struts are hardly met the power does not hold, and less of a change is not worth a contour.
-AIM, LEAST_FINER, MOST_FINER = 0.8, 0.5, 0.9
+_AIM, _LEAST_FINER, _MOST_FINER = 0.8, 0.5, 0.9
 
 
 class CoarseContourError(LatticeError):
@@ -53,11 +53,11 @@ def require_volume(error: float, asked: Resolution | None, step: float) -> None:
     CoarseContourError
     """
     if asked is not None and error > asked.within:
-        power = (AIM * asked.within / error) ** 0.25
+        power = (_AIM * asked.within / error) ** 0.25
         raise CoarseContourError(
             f"at a grid of {step:.3g} mm the surface of a cell is estimated to hold {error:.1%} "
             f"more or less than its solid, expected at most {asked.within:.1%}",
-            finer=step * min(max(power, LEAST_FINER), MOST_FINER),
+            finer=step * min(max(power, _LEAST_FINER), _MOST_FINER),
         )
 
 
@@ -80,8 +80,8 @@ def require_room(vertices: int, share: float, cubes: int, memory: float, h: floa
     ------
     ResourceError
     """
-    if BYTES_PER_VERTEX * vertices + cubes > memory:
-        need = BYTES_PER_VERTEX * vertices / max(share, 1e-9) + cubes
+    if _BYTES_PER_VERTEX * vertices + cubes > memory:
+        need = _BYTES_PER_VERTEX * vertices / max(share, 1e-9) + cubes
         raise ResourceError(
             f"the surface of the lattice needs a grid of {h:.3g} mm, and about {need / 1e9:.3g} GB "
             f"there, but [run] memory is {memory / 1e9:.3g} GB; raise [run] memory, or take "

@@ -34,7 +34,7 @@ log = logging.getLogger(__name__)
 
 #: Node values closer to zero than this, in grid spacings, count as just outside. So that no vertex
 #: falls onto a node, where faces would collapse. Chosen, not measured.
-NUDGE = 1e-6
+_NUDGE = 1e-6
 #: Vertices keep this distance from the ends of their grid edge, in grid spacings. So that no two
 #: vertices of a node coincide. Chosen, not measured.
 END_GAP = 1e-3
@@ -195,7 +195,7 @@ def contour(
     count, cornered = 0, 0
     for piece in sample_slabs(boxed, grid.origin, grid.shape, h, nodes=nodes):
         values = piece.values
-        nudge(values, NUDGE * h)
+        nudge(values, _NUDGE * h)
         total = count_slab(values, piece.first, table[1], sides)
         edges, ends, nodes_of_caps, *triangles = march_slab(
             values, piece.first, table, sides, total, (count, cornered), number, corner

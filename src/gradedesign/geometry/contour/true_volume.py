@@ -28,7 +28,7 @@ from gradedesign.geometry.contour.sample import BATCH, Shape, checked_values
 
 #: Mean over the value at the centroid of a quadratic that is zero at the corners of a triangle:
 #: every product of two barycentric coordinates has 1/12 and 1/9.
-MEAN_OVER_CENTROID = 0.75
+_MEAN_OVER_CENTROID = 0.75
 _CENTROID = np.full((1, 3), 1 / 3)
 #: Three points whose mean height is that of any quadratic, zero at the corners or not.
 _INTERIOR = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6
@@ -40,19 +40,19 @@ SETTLED = 0.01
 #: 0.8 to 1.1.
 SMOOTH = 0.6
 #: Surface farther from a triangle than this is another one; grid spacings. Chosen, not measured.
-FARTHEST = 0.5
+_FARTHEST = 0.5
 #: The second point at which the field is evaluated lies this far from the centroid at least: the
 #: rounding of single precision does not matter then; grid spacings.
-LEAST_APART = 0.05
+_LEAST_APART = 0.05
 #: Vertices with a smaller share of their area across their edge gain no volume by moving along it.
 #: Chosen, not measured.
-LEAST_LEANING = 1e-3
+_LEAST_LEANING = 1e-3
 #: Vertices closer to a solid layer than this lie on it, and stay there; grid spacings. Chosen, not
 #: measured.
-ON_LAYER = 0.01
+_ON_LAYER = 0.01
 #: Cells with less solid than this share of the median cell's are slivers that the part's faces
 #: leave; chosen, not measured: their error is as small a share of a cell's volume.
-SLIVER = 0.05
+_SLIVER = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -122,10 +122,10 @@ def fitted_vertices(
     """
     h = grid[1]
     slope = np.zeros(len(faces), dtype=np.float32)
-    held = np.abs(_above_layers(fit, vertices[: len(axes)])) <= ON_LAYER * h
+    held = np.abs(_above_layers(fit, vertices[: len(axes)])) <= _ON_LAYER * h
     target = (vertices, faces, axes, held, grid, gap, fit)
     solid = np.asarray(counts * h**3, dtype=np.float64)
-    moved, _, short = _move(field, target, (_CENTROID, MEAN_OVER_CENTROID), slope, counts.shape)
+    moved, _, short = _move(field, target, (_CENTROID, _MEAN_OVER_CENTROID), slope, counts.shape)
     first = _shares(moved, solid)
     if first.max() <= SETTLED:
         return float((first**2 + np.abs(_shares(short, solid))).max())
@@ -186,7 +186,7 @@ def _move(
         mean *= over / len(bary)
         kernels.share_out(vertices, some, mean, held, leaning, area, cells, missing, off)
     before = vertices[: len(axes)].copy() if fit.solids is not None else vertices[:0]
-    limits = (LEAST_LEANING, FARTHEST, gap)
+    limits = (_LEAST_LEANING, _FARTHEST, gap)
     kernels.move_along_edges(vertices, axes, missing, leaning, area, grid, limits, cells, short)
     if fit.solids is not None:
         inside = np.flatnonzero(_above_layers(fit, vertices[: len(axes)]) < 0)
@@ -205,11 +205,11 @@ def _heights(
 
     By the slope of the field, which a second point finds, and which is kept, where it is 0.
     """
-    most = FARTHEST * h
+    most = _FARTHEST * h
     value = checked_values(field, points)
     plain = np.clip(-value, -most, most)
     if not slope.any():
-        step = np.where(plain < 0, -1.0, 1.0) * np.maximum(np.abs(plain), LEAST_APART * h)
+        step = np.where(plain < 0, -1.0, 1.0) * np.maximum(np.abs(plain), _LEAST_APART * h)
         slope[:] = (checked_values(field, points + step * normals) - value) / step
     # Where the field does not grow outward it is no surface of this triangle.
     rises = slope * most > np.abs(value)
@@ -230,5 +230,5 @@ def _shares(volume: FloatArray, solid: FloatArray) -> FloatArray:
     """Shares of the solid of every cell, slivers and empty cells left out, ``(k,)``."""
     if not solid.any():
         return np.zeros(1)
-    whole = solid >= SLIVER * np.median(solid[solid > 0])
+    whole = solid >= _SLIVER * np.median(solid[solid > 0])
     return np.asarray(volume[whole] / solid[whole])

@@ -17,7 +17,7 @@ from gradedesign.errors import PartError
 
 #: Limits of what a package may unpack to: bytes of all parts, the growth of one, and entries.
 #: Chosen, not measured.
-MOST_BYTES, MOST_GROWTH, MOST_ENTRIES = 1 << 30, 100, 1000
+MOST_BYTES, _MOST_GROWTH, _MOST_ENTRIES = 1 << 30, 100, 1000
 #: The growth of parts below this size is not checked, bytes. Chosen, not measured.
 _SMALL = 1 << 20
 #: Bytes that are unpacked between two looks at the limits. Chosen, not measured.
@@ -142,7 +142,7 @@ class Package:
                 f"{self.source}: the part {name} is missing in the package; export it again"
             )
         entry = self._archive.getinfo(name)
-        limit = max(_SMALL, MOST_GROWTH * entry.compress_size)
+        limit = max(_SMALL, _MOST_GROWTH * entry.compress_size)
         limit = min(limit, MOST_BYTES - self._unpacked)
         parser = _parser(self.source, name, handler, namespaces=namespaces)
         size = 0
@@ -153,7 +153,7 @@ class Package:
                     if size > limit or entry.file_size > limit:
                         raise PartError(
                             f"{self.source}: {name} unpacks to more than {limit / 1e6:.0f} MB, "
-                            f"{MOST_GROWTH} times its size or what is left of "
+                            f"{_MOST_GROWTH} times its size or what is left of "
                             f"{MOST_BYTES / 1e9:.2g} GB for all parts; it is refused"
                         )
                     parser.Parse(chunk, False)
@@ -182,10 +182,10 @@ def open_package(path: Path) -> Iterator[Package]:
     """
     try:
         with zipfile.ZipFile(path) as archive:
-            if len(archive.infolist()) > MOST_ENTRIES:
+            if len(archive.infolist()) > _MOST_ENTRIES:
                 raise PartError(
                     f"{path.name}: {len(archive.infolist())} entries in the package; expected at "
-                    f"most {MOST_ENTRIES}"
+                    f"most {_MOST_ENTRIES}"
                 )
             yield Package(source=path.name, _archive=archive)
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:

@@ -34,7 +34,7 @@ class PlannedPrint:
     layer_height: float | None
 
 
-def writes_every_print(_planned: PlannedPrint) -> str:
+def _writes_every_print(_planned: PlannedPrint) -> str:
     """No lattice is refused."""
     return ""
 
@@ -72,4 +72,4 @@ class Exporter:
     needs_surface: bool = True
     sample: Callable[[PrintedLattice, Sequence[str]], SampledPrint] | None = None
     fields: Callable[[LatticeDesign, float], tuple[Field, Field]] | None = None
-    refuses: Callable[[PlannedPrint], str] = writes_every_print
+    refuses: Callable[[PlannedPrint], str] = _writes_every_print

@@ -25,7 +25,7 @@ from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 log = logging.getLogger(__name__)
 
 #: First bytes of every file; must not begin with "solid", which would announce ASCII.
-HEADER = b"gradedesign lattice, unit mm, binary STL"
+_HEADER = b"gradedesign lattice, unit mm, binary STL"
 
 _RECORD = np.dtype(
     [("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
@@ -146,7 +146,7 @@ def surface_of_stl(data: bytes, source: str) -> SurfaceMesh:
 
 def _blocks(vertices: FloatArray, faces: IntArray, first_records: bytes) -> Iterator[bytes]:
     """Content of a file of triangles ``(m, 3)`` over vertices, the first ones as given."""
-    yield HEADER.ljust(80, b" ")
+    yield _HEADER.ljust(80, b" ")
     yield np.array(len(faces), dtype="<u4").tobytes()
     yield first_records
     for low in range(len(first_records) // _RECORD.itemsize, len(faces), _BATCH):

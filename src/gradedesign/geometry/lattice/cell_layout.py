@@ -15,7 +15,7 @@ from gradedesign.geometry.maps.map_report import map_report, require_unfolded, s
 
 #: A law describes cells whose extents are as stated; from here on a warning states their stretch.
 #: Chosen, not measured.
-TOLD_STRETCH = 1.1
+_TOLD_STRETCH = 1.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -84,7 +84,7 @@ def cell_layout(
 def layout_warnings(layout: CellLayout, law: str) -> tuple[str, ...]:
     """Warnings on effects of this map that the homogenised analysis leaves out."""
     stretch = layout.report["stretch"]["p95"]
-    if stretch <= TOLD_STRETCH:
+    if stretch <= _TOLD_STRETCH:
         return ()
     return (
         f"the {layout.cell_map.name} cell map stretches cells by up to {stretch:.2f} (longest over "

@@ -14,7 +14,7 @@ from gradedesign.geometry.lattice._density_kernels import trilinear
 from gradedesign.geometry.tets.tet_mesh import TetMesh, centroids, signed_volumes
 
 #: Elements that share in the density of a grid node. Chosen, not measured.
-NEIGHBOURS = 24
+_NEIGHBOURS = 24
 #: Memory for a node: its place and its density, and what batches of neighbours share.
 _BYTES_PER_NODE = 48
 
@@ -123,7 +123,7 @@ def density_grid_from_elements(
 
 def _weighted_mean(mesh: TetMesh, rho: FloatArray, nodes: FloatArray) -> FloatArray:
     volume = signed_volumes(mesh)
-    near = min(NEIGHBOURS, rho.size - 1)
+    near = min(_NEIGHBOURS, rho.size - 1)
     if near == 0:
         return np.full(nodes.shape[1], rho[0])
     tree = cKDTree(centroids(mesh).T)

@@ -33,7 +33,7 @@ from gradedesign.geometry.maps.cell_size import CellSize
 from gradedesign.geometry.maps.orientation_schema import OrientationSpec
 
 #: Ways to find the density; the first by default.
-METHODS = ("lightest", "stress-to-density")
+_METHODS = ("lightest", "stress-to-density")
 #: Quantities that may follow the density.
 GRADINGS = ("uniform", "level", "thickness", "size", "ratio")
 
@@ -107,7 +107,7 @@ class LatticeSpec(Table):
     """A second family, into which the first passes over."""
     parameter_map: ParameterMapSpec | None = None
     """A parameter of the family that changes from place to place."""
-    method: Annotated[str, Choice(METHODS)] = "lightest"
+    method: Annotated[str, Choice(_METHODS)] = "lightest"
     """lightest: the least mass under every limit, by gradients; stress-to-density: the plain way,
     the stress of the fully solid part mapped to density by the law and scaled until every limit
     holds, with ``acceptance = "whole"`` unless it is stated."""
@@ -134,7 +134,7 @@ class LatticeSpec(Table):
     @property
     def by_stress(self) -> bool:
         """Whether the plain method finds the density."""
-        return self.method == METHODS[1]
+        return self.method == _METHODS[1]
 
     @property
     def cell_size(self) -> float:

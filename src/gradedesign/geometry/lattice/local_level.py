@@ -30,7 +30,7 @@ log = logging.getLogger(__name__)
 
 #: Blocks along an edge of a cell, and of one of a long period, whose table is as many times larger.
 #: With 8, layers of two cells from `diamond-network` to `octet` at 0.15 kept 1.1 % of error.
-BLOCKS, BLOCKS_OF_LONG_PERIODS = 12, 4
+BLOCKS, _BLOCKS_OF_LONG_PERIODS = 12, 4
 #: Samples along an edge of a block; levels and shares between 0 and 1 that are tabulated. Chosen,
 #: not measured.
 SAMPLES, LEVELS, SHARES = 4, 257, 17
@@ -106,7 +106,7 @@ def local_level(
     u, share, density = places
     low = np.floor(u.min(axis=1)).astype(np.int64) - period
     cells = np.floor(u.max(axis=1)).astype(np.int64) + 1 + period - low
-    each = BLOCKS if period == 1 else BLOCKS_OF_LONG_PERIODS
+    each = BLOCKS if period == 1 else _BLOCKS_OF_LONG_PERIODS
     blocks = each * period * np.ceil(cells / period).astype(np.int64)
     need = float(blocks.prod()) * _BYTES_PER_BLOCK
     if need > memory_limit_bytes:

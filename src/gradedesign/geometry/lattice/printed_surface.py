@@ -29,7 +29,7 @@ log = logging.getLogger(__name__)
 
 #: Steps with which a grid begins: along a cell, and across its thinnest wall, at least; and along a
 #: cell at most, for the necks of networks, whose volume counts little, may be as thin as nothing.
-STEPS_PER_CELL, STEPS_PER_WALL, MOST_STEPS_PER_CELL = 24.0, 1.5, 96.0
+_STEPS_PER_CELL, STEPS_PER_WALL, MOST_STEPS_PER_CELL = 24.0, 1.5, 96.0
 
 
 class PrintedSurface(NamedTuple):
@@ -42,7 +42,7 @@ class PrintedSurface(NamedTuple):
 
 def first_step(cell_size: float, wall: float) -> float:
     """Grid with which the contour of cells of a size and a thinnest wall begins, all in mm."""
-    step = min(cell_size / STEPS_PER_CELL, wall / STEPS_PER_WALL)
+    step = min(cell_size / _STEPS_PER_CELL, wall / STEPS_PER_WALL)
     return max(step, cell_size / MOST_STEPS_PER_CELL)
 
 

@@ -18,9 +18,9 @@ from gradedesign.geometry.lattice.lattice import LatticeDesign, density_at
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 #: Points of the field per slab, and about the error of the share of a slab that they find.
-POINTS_PER_SLAB, FIELD_ERROR = 100_000, 1e-3
+_POINTS_PER_SLAB, FIELD_ERROR = 100_000, 1e-3
 #: Points of the part's box where all slabs share them. Chosen, not measured.
-POINTS_IN_BOX = 1_000_000
+_POINTS_IN_BOX = 1_000_000
 #: Points that are evaluated at a time. Bounds the memory of one step; the result does not depend on
 #: it. Chosen, not measured.
 _BATCH = 1 << 18
@@ -121,7 +121,7 @@ def slab_density(
     printed = np.diff(volumes_below(surface, axis, edges))
     target = np.zeros(len(whole))
     share = np.zeros(len(whole))
-    spread = spread_points(POINTS_PER_SLAB)
+    spread = spread_points(_POINTS_PER_SLAB)
     depth = design.domain.distance if depth is None else depth
     for n, (low, high) in enumerate(pairwise(edges)):
         lower, upper = np.array(design.domain.lower), np.array(design.domain.upper)
@@ -163,7 +163,7 @@ def field_points(design: LatticeDesign, fields: tuple[Field, Field]) -> FieldPoi
     """Measure the fields of a lattice, trimmed by the part, and of the part at even points."""
     lattice, distance = fields
     lower, edges = design.domain.lower[:, None], design.domain.upper - design.domain.lower
-    points = lower + edges[:, None] * spread_points(POINTS_IN_BOX)
+    points = lower + edges[:, None] * spread_points(_POINTS_IN_BOX)
     depth = distance(points)
     points, depth = points[:, depth <= 0], depth[depth <= 0]
     lattices = phase_at(design.domain, points, depth) == LATTICE
@@ -172,7 +172,7 @@ def field_points(design: LatticeDesign, fields: tuple[Field, Field]) -> FieldPoi
         target=np.where(lattices, density_at(design, points), 1.0),
         points=points,
         solid=solid,
-        volume=float(edges.prod() * np.count_nonzero(solid) / POINTS_IN_BOX),
+        volume=float(edges.prod() * np.count_nonzero(solid) / _POINTS_IN_BOX),
     )
 
 

@@ -82,7 +82,7 @@ def uniform_map(
     """
     edges = positive_sizes(size)
     start = np.asarray(origin, dtype=np.float64)
-    axes = np.eye(3) if rotation is None else rotation_matrix(rotation)
+    axes = np.eye(3) if rotation is None else _rotation_matrix(rotation)
     matrix = (axes / edges).T
 
     def to_cell(points: FloatArray) -> FloatArray:
@@ -153,7 +153,7 @@ def positive_sizes(size: float | Sequence[float]) -> FloatArray:
     return edges
 
 
-def rotation_matrix(rotation: ArrayLike) -> FloatArray:
+def _rotation_matrix(rotation: ArrayLike) -> FloatArray:
     """Check that a ``(3, 3)`` matrix is a rotation.
 
     Raises

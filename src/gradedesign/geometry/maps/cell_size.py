@@ -9,7 +9,7 @@ from gradedesign.common.values.value_types import JsonSchema, Quantity, Reader, 
 
 #: Edges of a cell, mm: from what the finest printers draw to what fills a room. Chosen, not
 #: measured.
-CELL_SPAN = (1e-3, 1e5)
+_CELL_SPAN = (1e-3, 1e5)
 
 
 #: A range as people write it: "4-8 mm", "4 to 8 mm".
@@ -25,7 +25,7 @@ class CellSize(Reader):
 
     def read(self, value: object) -> tuple[float, ...]:
         """Convert ``"8 mm"``, ``["40 mm", "50 mm"]`` or ``["8 mm", "8 mm", "12 mm"]``."""
-        reader = Quantity("length", at_least=CELL_SPAN[0], at_most=CELL_SPAN[1])
+        reader = Quantity("length", at_least=_CELL_SPAN[0], at_most=_CELL_SPAN[1])
         if isinstance(value, str) and (ends := _RANGE.fullmatch(value)):
             unit = ends["unit"]
             raise Refused(
@@ -48,5 +48,5 @@ class CellSize(Reader):
 
     def json_schema(self) -> JsonSchema:
         """One string, two or three."""
-        length = Quantity("length", at_least=CELL_SPAN[0], at_most=CELL_SPAN[1]).json_schema()
+        length = Quantity("length", at_least=_CELL_SPAN[0], at_most=_CELL_SPAN[1]).json_schema()
         return {"anyOf": [length, {"type": "array", "items": length, "minItems": 2, "maxItems": 3}]}

@@ -13,16 +13,16 @@ from gradedesign.geometry.maps._phase_kernels import nearest_rotations
 
 #: Grid steps in the length over which frames are smoothed, and most elements of the grid. Chosen,
 #: not measured.
-STEPS_PER_LENGTH, MOST_ELEMENTS = 2.0, 1_000_000
+_STEPS_PER_LENGTH, MOST_ELEMENTS = 2.0, 1_000_000
 #: Coarser grids first, by their step over that of the last, and passes on each. Chosen, not
 #: measured.
 LEVELS = ((4, 80), (2, 80), (1, 120))
 #: A tensor this large, by percentile, counts fully; smaller ones in proportion. So that peaks at
 #: supports do not decide what counts. Chosen, not measured.
-FULL_PERCENTILE = 95.0
+_FULL_PERCENTILE = 95.0
 #: All frames begin as one: turned a little, rad, to leave unstable balance, then over this many
 #: passes to where the mean shear is least, by at most so much in a pass.
-TIE_BREAK, ONE_FRAME_PASSES, LARGEST_SPIN = (1e-6, 2e-6, 3e-6), 300, 0.3
+_TIE_BREAK, _ONE_FRAME_PASSES, _LARGEST_SPIN = (1e-6, 2e-6, 3e-6), 300, 0.3
 #: Pairs of rows with the third about which they turn.
 _PLANES = ((0, 1), (1, 2), (2, 0))
 
@@ -79,7 +79,7 @@ def frame_field(
             f"frames are smoothed over {length:g} mm in a box of {(high - low).tolist()} mm; "
             f"expected positive lengths"
         )
-    count = np.maximum(np.ceil((high - low) * STEPS_PER_LENGTH / length), 2).astype(np.int64)
+    count = np.maximum(np.ceil((high - low) * _STEPS_PER_LENGTH / length), 2).astype(np.int64)
     if np.prod(count.astype(np.float64)) > MOST_ELEMENTS:
         raise ResourceError(
             f"frames smoothed over {length:g} mm need {np.prod(count.astype(float)):.3g} grid "
@@ -142,7 +142,7 @@ def _unit_tensors(tensor_of: Field, centres: FloatArray) -> FloatArray:
         )
     tensor = np.moveaxis(tensors, (0, 1), (-2, -1))
     size = np.sqrt((tensor**2).sum(axis=(-2, -1)))
-    full = float(np.percentile(size, FULL_PERCENTILE))
+    full = float(np.percentile(size, _FULL_PERCENTILE))
     if not full > 0:
         raise CaseError("the field of directions is zero nearly everywhere; nothing to follow")
     weight = np.minimum(size / full, 1.0)
@@ -174,10 +174,10 @@ def _averaged(frames: FloatArray) -> FloatArray:
 def _one_frame(start: FloatArray, tensor: FloatArray) -> FloatArray:
     """The frame nearest to a start that leaves the least shear over all tensors, ``(3, 3)``."""
     # A frame at 45 degrees to a principal direction is in balance, but not stably.
-    frame = Rotation.from_rotvec(TIE_BREAK).as_matrix() @ start
-    for _ in range(ONE_FRAME_PASSES):
+    frame = Rotation.from_rotvec(_TIE_BREAK).as_matrix() @ start
+    for _ in range(_ONE_FRAME_PASSES):
         spin = _spin(frame, tensor).mean(axis=(0, 1, 2))
-        frame = _turned(frame, spin / max(float(np.abs(spin).max()) / LARGEST_SPIN, 1.0))
+        frame = _turned(frame, spin / max(float(np.abs(spin).max()) / _LARGEST_SPIN, 1.0))
     return frame
 
 

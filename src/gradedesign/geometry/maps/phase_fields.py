@@ -23,7 +23,7 @@ log = logging.getLogger(__name__)
 #: Largest grid, nodes: 3 GB and minutes.
 MOST_NODES = 8_000_000
 #: Least number of grid steps in the smallest cell. A wave needs two samples a period at least.
-LEAST_STEPS = 2.0
+_LEAST_STEPS = 2.0
 
 #: Nodes added at each end before the spline filter, which errs there by 0.27 a node. 0.27^22 is
 #: 3e-13, far below `phase_poisson.RTOL`.
@@ -139,7 +139,7 @@ def default_spacing(lower: ArrayLike, upper: ArrayLike, smallest: float) -> floa
     Never more than half of the smallest cell, which `graded_size_map` needs.
     """
     volume = float(np.prod(np.asarray(upper, dtype=np.float64) - np.asarray(lower)))
-    return min(max(0.25 * smallest, (volume / 5e5) ** (1 / 3)), smallest / LEAST_STEPS)
+    return min(max(0.25 * smallest, (volume / 5e5) ** (1 / 3)), smallest / _LEAST_STEPS)
 
 
 def _grid(
@@ -187,10 +187,10 @@ def _checked_sizes(size_of: Field, centres: FloatArray, steps: FloatArray) -> Fl
             f"the size field is {size[bad][0]:g} mm at ({x:.4g}, {y:.4g}, {z:.4g}) mm and not "
             f"positive at {np.count_nonzero(bad)} of {bad.size} points; expected positive sizes"
         )
-    if steps.max() * LEAST_STEPS > size.min() * (1 + 1e-9):
+    if steps.max() * _LEAST_STEPS > size.min() * (1 + 1e-9):
         raise CaseError(
             f"a grid step of {steps.max():.4g} mm is too coarse for cells of {size.min():.4g} mm; "
-            f"use at most {size.min() / LEAST_STEPS:.4g} mm"
+            f"use at most {size.min() / _LEAST_STEPS:.4g} mm"
         )
     return size
 

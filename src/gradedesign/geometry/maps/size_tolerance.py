@@ -12,16 +12,16 @@ from gradedesign.geometry.maps._phase_kernels import centre_gradients, divergenc
 #: Allowed deviations of a cell: of its size, relative, and of its axes from the nearest
 #: right-angled frame, rad. Met as far as least squares go, 95 % of volume then lie within 5 % and
 #: 3 degrees.
-SIZE_TOLERANCE, ANGLE_TOLERANCE = 0.02, np.radians(0.9)
+_SIZE_TOLERANCE, _ANGLE_TOLERANCE = 0.02, np.radians(0.9)
 #: Passes, and by how much each oversteps the way to the tolerances. Chosen, not measured.
-PASSES, OVERSTEP = 60, 1.8
+PASSES, _OVERSTEP = 60, 1.8
 #: Sizes that most of a map misses by more than this no continuous map follows: there, tolerances
 #: only trade shear for size. Chosen, not measured.
 NEAR, NEAR_SHARE = 0.10, 0.95
 #: Elements up to which the passes are worth their time, 13 s of one processor for 90,000.
 MOST_ELEMENTS = 250_000
 #: With this many axes within 5 % of their size there is nothing to weigh. Chosen, not measured.
-KEPT_SHARE = 0.97
+_KEPT_SHARE = 0.97
 
 
 def within_tolerance(
@@ -35,7 +35,7 @@ def within_tolerance(
 
     Projects gradients on what the tolerances allow, then on gradients of functions (Poisson
     problems), in turn. Done only where `NEAR_SHARE` of the cell axes are within `NEAR` of their
-    size to begin with, on grids of up to `MOST_ELEMENTS`, and not yet `KEPT_SHARE`
+    size to begin with, on grids of up to `MOST_ELEMENTS`, and not yet `_KEPT_SHARE`
     within 5 %; kept only if nothing folds and more of them are within 5 %.
 
     Parameters
@@ -59,13 +59,13 @@ def within_tolerance(
     if size.size > MOST_ELEMENTS:
         return phases
     matrix = centre_gradients(phases, steps) * size[..., None, None]
-    if _share(matrix, NEAR) < NEAR_SHARE or _share(matrix, 0.05) >= KEPT_SHARE:
+    if _share(matrix, NEAR) < NEAR_SHARE or _share(matrix, 0.05) >= _KEPT_SHARE:
         return phases
     unit_weight, frame, refined = np.ones(size.shape), rotation, phases
     for _ in range(PASSES):
         frame = nearest_rotations(matrix.reshape(-1, 3, 3), frame.reshape(-1, 3, 3))
         frame = frame.reshape(matrix.shape)
-        target = matrix + OVERSTEP * (_allowed(matrix, frame) - matrix)
+        target = matrix + _OVERSTEP * (_allowed(matrix, frame) - matrix)
         load = divergence(target / size[..., None, None], unit_weight, steps)
         refined = np.stack([solve(b) for b in load])
         before = matrix
@@ -85,9 +85,11 @@ def _allowed(matrix: FloatArray, frame: FloatArray) -> FloatArray:
     cosine = np.clip((unit * frame).sum(axis=-1, keepdims=True), -1.0, 1.0)
     across = unit - cosine * frame
     sine = np.linalg.norm(across, axis=-1, keepdims=True)
-    angle = np.minimum(np.arctan2(sine, cosine), ANGLE_TOLERANCE)
+    angle = np.minimum(np.arctan2(sine, cosine), _ANGLE_TOLERANCE)
     turned = np.cos(angle) * frame + np.sin(angle) * across / np.maximum(sine, 1e-15)
-    return np.asarray(turned * np.clip(length, 1 / (1 + SIZE_TOLERANCE), 1 / (1 - SIZE_TOLERANCE)))
+    return np.asarray(
+        turned * np.clip(length, 1 / (1 + _SIZE_TOLERANCE), 1 / (1 - _SIZE_TOLERANCE))
+    )
 
 
 def _share(matrix: FloatArray, error: float) -> float:

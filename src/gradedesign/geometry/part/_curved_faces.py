@@ -23,7 +23,7 @@ from gradedesign.geometry.part._face_fits import (
 #: measured.
 FIT_SHARE = 0.01
 #: Growing is stricter: this share of the sagitta of its facets, so that a tangent plane stays out.
-GROW_SAGITTA = 0.2
+_GROW_SAGITTA = 0.2
 #: Strips whose turns share an axis this well may lie on one cylinder, cosine. Chosen, not measured.
 _SAME_AXIS = np.cos(np.radians(2.0))
 #: Facets of a strip stand this square to the axis, sine. Chosen, not measured.
@@ -80,7 +80,7 @@ def _whole_tolerance(patch: Patch, cylinder: Cylinder) -> float:
     """
     half = np.radians(0.5 * min(angular_span(patch.points, cylinder), 180.0))
     rise = cylinder.radius * (1.0 - np.cos(half))
-    return float(min(FIT_SHARE * cylinder.radius, GROW_SAGITTA * rise))
+    return float(min(FIT_SHARE * cylinder.radius, _GROW_SAGITTA * rise))
 
 
 def _split_planes(clusters: Clusters, members: list[int]) -> list[Piece]:
@@ -202,7 +202,7 @@ def _belongs(clusters: Clusters, k: int, cylinder: Cylinder, width: float) -> bo
 def _tolerance(clusters: Clusters, cylinder: Cylinder, width: float) -> float:
     """Allowed distance of a vertex, mm, for strips of that width."""
     sagitta = width**2 / (8.0 * cylinder.radius)
-    return max(clusters.noise, min(GROW_SAGITTA * sagitta, FIT_SHARE * cylinder.radius))
+    return max(clusters.noise, min(_GROW_SAGITTA * sagitta, FIT_SHARE * cylinder.radius))
 
 
 def _width(clusters: Clusters, k: int, cylinder: Cylinder) -> float:

@@ -12,10 +12,10 @@ from gradedesign.geometry.part.regions_schema import RegionSpec
 
 #: A surface that makes this angle with ``facing`` is a side and no longer the face that was meant,
 #: degrees; more than the 45 degrees at which a rounded edge ends and its neighbour begins.
-TURNED_AWAY = 60.0
+_TURNED_AWAY = 60.0
 #: Share of a region's area that may be turned away without a word, as rounded rims are. Chosen, not
 #: measured.
-TURNED_SHARE = 0.05
+_TURNED_SHARE = 0.05
 
 
 def region_notes(regions: Mapping[str, Region], specs: Mapping[str, RegionSpec]) -> list[str]:
@@ -30,10 +30,10 @@ def region_notes(regions: Mapping[str, Region], specs: Mapping[str, RegionSpec])
         if spec.facing_vector is None:
             continue
         away = _turned_share(region, np.array(spec.facing_vector))
-        if away > TURNED_SHARE:
+        if away > _TURNED_SHARE:
             notes.append(
                 f"region.{name}: {100.0 * away:.0f} % of its {region.area:.4g} mm^2 is turned more "
-                f"than {TURNED_AWAY:g} deg away from {spec.facing}: the smooth face curves away "
+                f"than {_TURNED_AWAY:g} deg away from {spec.facing}: the smooth face curves away "
                 "or runs on around an edge; if only its front is meant, cut it out by a box with "
                 "clip = true"
             )
@@ -45,5 +45,5 @@ def _turned_share(region: Region, vector: FloatArray) -> float:
     a, b, c = np.moveaxis(region.corners, 1, 0)
     normal = np.cross(b - a, c - a)
     twice = np.linalg.norm(normal, axis=1)
-    away = normal @ vector < np.cos(np.radians(TURNED_AWAY)) * twice
+    away = normal @ vector < np.cos(np.radians(_TURNED_AWAY)) * twice
     return float(twice[away].sum() / twice.sum())

@@ -20,7 +20,7 @@ from gradedesign.geometry.part.part_path import natural
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-SUFFIXES = (".png", ".tif", ".tiff")
+_SUFFIXES = (".png", ".tif", ".tiff")
 _FORMATS = ("PNG", "TIFF")
 #: Exceptions of Pillow for damaged PNG and TIFF files, found by altering whole ones.
 _DAMAGED = (
@@ -84,12 +84,12 @@ def read_image_stack(
         If the stack takes more memory: found out before anything is decompressed.
     """
     try:
-        images = [p for p in folder.iterdir() if p.suffix.lower() in SUFFIXES and p.is_file()]
+        images = [p for p in folder.iterdir() if p.suffix.lower() in _SUFFIXES and p.is_file()]
     except OSError as error:
         raise CaseError(f"{folder.name} cannot be read as a folder: {error.strerror}") from error
     files = sorted(images, key=lambda p: natural(p.name))
     if not files:
-        raise CaseError(f"{folder.name} holds no image; expected {', '.join(SUFFIXES)} files")
+        raise CaseError(f"{folder.name} holds no image; expected {', '.join(_SUFFIXES)} files")
     return read_images(
         files, memory_limit_bytes=memory_limit_bytes, bytes_per_value=bytes_per_value
     )

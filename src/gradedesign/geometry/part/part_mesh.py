@@ -26,11 +26,11 @@ from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 _FACET_ANGLE = 40.0
 #: A mesh may lie this far from the surface: the smaller of a share of the part's diagonal and a
 #: share of the mesh size. Chosen, not measured.
-EPSILON_OF_DIAGONAL, EPSILON_OF_SIZE = 1e-3, 1 / 20
+_EPSILON_OF_DIAGONAL, _EPSILON_OF_SIZE = 1e-3, 1 / 20
 #: Share of the part's volume by which its mesh may miss it. Chosen, not measured.
 VOLUME_TOLERANCE = 0.01
 #: Corners of a region closer than this share of its extent are one. Chosen, not measured.
-WELD = 1e-9
+_WELD = 1e-9
 #: Facets centred this share of their size beyond a border are left out. Chosen, not measured.
 BEYOND = 0.01
 #: Standard deviations of a cut region's area that are allowed. Neighbours are cut alike, so that
@@ -110,7 +110,7 @@ def mesh_part(
     return tetrahedralize(
         surface,
         edge_length=mesh_size,
-        epsilon=min(EPSILON_OF_DIAGONAL * diagonal, EPSILON_OF_SIZE * mesh_size),
+        epsilon=min(_EPSILON_OF_DIAGONAL * diagonal, _EPSILON_OF_SIZE * mesh_size),
         time_limit_s=time_limit_s,
         memory_limit_bytes=memory_limit_bytes,
         volume_tolerance=VOLUME_TOLERANCE,
@@ -190,7 +190,7 @@ def _divided(side: float, mesh_size: float, through: Sequence[float]) -> FloatAr
 def _border(corners: FloatArray) -> tuple[BoolArray, BoolArray]:
     """Edges 01, 12, 20 and corners of triangles that lie on the border of their patch, (k, 3)."""
     scale = max(float(np.ptp(corners.reshape(-1, 3), axis=0).max()), 1e-300)
-    keys = np.rint((corners.reshape(-1, 3) - corners.reshape(-1, 3).min(axis=0)) / (WELD * scale))
+    keys = np.rint((corners.reshape(-1, 3) - corners.reshape(-1, 3).min(axis=0)) / (_WELD * scale))
     vertex = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1, 3)
     ahead = np.roll(vertex, -1, axis=1)
     n = vertex.max() + 1

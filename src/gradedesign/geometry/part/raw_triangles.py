@@ -19,7 +19,7 @@ UNIT_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "um": 1e-3, "micron
 #: No printable part reaches this far from the origin, mm.
 LARGEST_COORDINATE = 1e7
 #: No printable part is smaller than this across, mm.
-SMALLEST_DIAGONAL = 1e-3
+_SMALLEST_DIAGONAL = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -148,10 +148,10 @@ def _require_sane_range(corners: FloatArray, unit: str, source: str) -> None:
         )
     flat = corners.reshape(-1, 3)
     diagonal = float(np.linalg.norm(flat.max(axis=0) - flat.min(axis=0)))
-    if diagonal < SMALLEST_DIAGONAL:
+    if diagonal < _SMALLEST_DIAGONAL:
         raise PartError(
             f"{source}: the part is absurdly small, {diagonal:.3g} mm across "
-            f"(limit {SMALLEST_DIAGONAL:g} mm); check whether its unit is {unit!r}"
+            f"(limit {_SMALLEST_DIAGONAL:g} mm); check whether its unit is {unit!r}"
         )
 
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from gradedesign.common.system.worker import Option, serve
 
 #: ``repair(vertices, faces, options)`` to vertices, faces and counted changes.
-RepairFunction: TypeAlias = Callable[
+_RepairFunction: TypeAlias = Callable[
     [NDArray[Any], NDArray[Any], Mapping[str, Option]],
     tuple[ArrayLike, ArrayLike, Mapping[str, int]],
 ]
@@ -45,7 +45,7 @@ class Repairer:
         object.__setattr__(self, "options", MappingProxyType(dict(self.options)))
 
 
-def serve_repairer(repair: RepairFunction, *, load: Callable[[], object] = dict) -> None:
+def serve_repairer(repair: _RepairFunction, *, load: Callable[[], object] = dict) -> None:
     """Run as the process of a repairer: read a surface, mend it and return the result.
 
     Parameters

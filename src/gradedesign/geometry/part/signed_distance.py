@@ -34,7 +34,7 @@ def _angles(corners: FloatArray) -> FloatArray:
     return np.arctan2(sine, (ahead * back).sum(axis=2))
 
 
-def pseudonormals(surface: SurfaceMesh) -> FloatArray:
+def _pseudonormals(surface: SurfaceMesh) -> FloatArray:
     """Normals that give the sign of the distance at faces, edges and corners.
 
     Parameters
@@ -84,7 +84,7 @@ class SurfaceDistance:
     tree : TriangleTree
         Of its triangles.
     normals : (m, 7, 3) array
-        Their `pseudonormals`.
+        Their `_pseudonormals`.
     """
 
     tree: TriangleTree
@@ -139,7 +139,7 @@ def surface_distance(surface: SurfaceMesh) -> SurfaceDistance:
             "volume, turn its triangles around"
         )
     return SurfaceDistance(
-        tree=build_triangle_tree(corner_points(surface)), normals=pseudonormals(surface)
+        tree=build_triangle_tree(corner_points(surface)), normals=_pseudonormals(surface)
     )
 
 

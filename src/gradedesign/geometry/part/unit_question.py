@@ -18,7 +18,7 @@ from gradedesign.geometry.part.smooth_faces import segment_faces
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 
-def unit_that_fits(
+def _unit_that_fits(
     surface: SurfaceMesh,
     specs: Mapping[str, RegionSpec],
     file_faces: FileFaces | None,
@@ -73,7 +73,7 @@ def questioning_unit(
     try:
         yield
     except CaseError as error:
-        other = "" if units is None else unit_that_fits(surface, specs, file_faces, units)
+        other = "" if units is None else _unit_that_fits(surface, specs, file_faces, units)
         if units is None or not other:
             raise
         edges = np.ptp(surface.vertices, axis=0)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from gradedesign.common.system.worker import Option, serve
 
 #: ``mesh(vertices, faces, options)`` to points and tetrahedra.
-MeshFunction: TypeAlias = Callable[
+_MeshFunction: TypeAlias = Callable[
     [NDArray[Any], NDArray[Any], Mapping[str, Option]], tuple[ArrayLike, ArrayLike]
 ]
 
@@ -57,7 +57,7 @@ PYTETWILD = Mesher(
 )
 
 
-def serve_mesher(mesh: MeshFunction, *, load: Callable[[], object] = dict) -> None:
+def serve_mesher(mesh: _MeshFunction, *, load: Callable[[], object] = dict) -> None:
     """Run as the process of a mesher: read a surface, mesh it and return the mesh.
 
     Parameters

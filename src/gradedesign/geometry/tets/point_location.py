@@ -18,7 +18,7 @@ from gradedesign.geometry.triangles.closest import (
 )
 
 #: Tetrahedra per bin of the grid, on average, were they spread evenly. Chosen, not measured.
-PER_BIN = 2
+_PER_BIN = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -68,7 +68,7 @@ def build_locator(mesh: TetMesh) -> TetLocator:
     used = mesh.points[:, np.unique(mesh.tets)]
     lower = used.min(axis=1)
     extent = used.max(axis=1) - lower
-    size = float((extent.prod() * PER_BIN / m) ** (1 / 3))
+    size = float((extent.prod() * _PER_BIN / m) ** (1 / 3))
     shape = np.maximum(np.ceil(extent / size), 1).astype(np.int64)
     first = np.zeros(int(shape.prod()) + 1, dtype=np.int64)
     members = np.zeros(0, dtype=np.int32)

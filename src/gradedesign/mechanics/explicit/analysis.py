@@ -244,7 +244,7 @@ class SolvedSolid(Protocol):
         """
 
 
-def takes_every_case(_limits: LimitsSpec, _load_cases: Sequence[LoadCaseSpec]) -> str:
+def _takes_every_case(_limits: LimitsSpec, _load_cases: Sequence[LoadCaseSpec]) -> str:
     """No case is refused."""
     return ""
 
@@ -293,4 +293,4 @@ class ExplicitAnalysis:
     coarsest: float = 1.0
     affordable: float = 0.0
     closes: float = 1.0
-    refuses: Callable[[LimitsSpec, Sequence[LoadCaseSpec]], str] = takes_every_case
+    refuses: Callable[[LimitsSpec, Sequence[LoadCaseSpec]], str] = _takes_every_case

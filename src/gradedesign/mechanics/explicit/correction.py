@@ -24,10 +24,10 @@ from gradedesign.mechanics.limits.key import KeyedValues, LimitKey
 #: about the one that vanishes for dense material. With a spread of 1.0 four designs of `clevis`
 #: were read as an exponent of 0.99, and the next two were 62 and 244 % softer than predicted; nine
 #: other runs had -0.1 to 0.6.
-SCATTER, SPREAD = 0.1, 0.3
+_SCATTER, SPREAD = 0.1, 0.3
 #: Discrepancies of the governing limit, largest first, above which a design keeps these shares.
 #: Chosen, not measured.
-TRUST = ((0.10, 0.85), (0.05, 0.70))
+_TRUST = ((0.10, 0.85), (0.05, 0.70))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -141,7 +141,7 @@ def stiffness_exponent(samples: Sequence[tuple[float, float]]) -> float:
 
     The power law through the last analysis that fits the others best, held to the one that
     vanishes for dense material (what free faces cost vanishes as the voids close). Factors of
-    designs of one density scatter by `SCATTER`, so that analyses at nearly the same density hardly
+    designs of one density scatter by `_SCATTER`, so that analyses at nearly the same density hardly
     determine the exponent; exponents scatter by `SPREAD` about that of dense material. Kept
     within -0.5 to 4, the range that free faces of one to many cells explain.
     """
@@ -152,8 +152,8 @@ def stiffness_exponent(samples: Sequence[tuple[float, float]]) -> float:
     before = np.array(samples[:-1]).reshape(-1, 2)
     run = np.log(before[:, 0] / last_rho)
     rise = np.log(before[:, 1] / last_factor)
-    precision = float(run @ run) / SCATTER**2
-    exponent = (float(run @ rise) / SCATTER**2 + prior / SPREAD**2) / (precision + 1 / SPREAD**2)
+    precision = float(run @ run) / _SCATTER**2
+    exponent = (float(run @ rise) / _SCATTER**2 + prior / SPREAD**2) / (precision + 1 / SPREAD**2)
     return float(np.clip(exponent, -0.5, 4.0))
 
 
@@ -168,7 +168,7 @@ def kept_share(discrepancies: Sequence[Discrepancy]) -> float:
     taken = 1.0
     for discrepancy in discrepancies[1:]:
         off = abs(discrepancy.of(discrepancy.governing))
-        taken = next((1.0 - share for least, share in TRUST if off > least), min(1.0, 2.0 * taken))
+        taken = next((1.0 - share for least, share in _TRUST if off > least), min(1.0, 2.0 * taken))
     return 1.0 - taken
 
 

@@ -36,12 +36,12 @@ log = logging.getLogger(__name__)
 ORDERS = (0.75, 1.5, 3.0)
 #: Seconds for each brick of the box (sampling its field) and each unknown (the first load case) on
 #: two idle cores, and what a further load case adds as a share of the latter: set-up is shared.
-BRICK_S, UNKNOWN_S, MORE_CASES = 1e-4, 1.8e-5, 0.7
+_BRICK_S, UNKNOWN_S, MORE_CASES = 1e-4, 1.8e-5, 0.7
 #: Largest spacing over the one that walls ask for, where that does not fit the memory. Chosen, not
 #: measured.
 COARSEST = 1.25
 #: Gaps narrower than this share of a brick are joined: the edge of a sub-cell.
-CLOSES = 0.25
+_CLOSES = 0.25
 #: Unknowns that are solved for in some 5 s and 0.3 GB.
 AFFORDABLE = 3e5
 
@@ -92,7 +92,7 @@ def estimate(planned: PlannedSolid, spacing: float) -> AnalysisEstimate:
     return AnalysisEstimate(
         unknowns=unknowns,
         memory_bytes=predict_memory(unknowns),
-        mesh_s=BRICK_S * bricks,
+        mesh_s=_BRICK_S * bricks,
         solve_s=UNKNOWN_S * unknowns * (1.0 + MORE_CASES * (planned.load_cases - 1)),
     )
 
@@ -136,5 +136,5 @@ FINITE_CELLS = ExplicitAnalysis(
     elements_per_layer=PER_SHEET,
     coarsest=COARSEST,
     affordable=AFFORDABLE,
-    closes=CLOSES,
+    closes=_CLOSES,
 )

@@ -21,20 +21,20 @@ PER_STRUT = 1.8
 #: consists of struts: 1 along a round strut, less where joints are thick. At the densities below
 #: the 138 cells here have 0.31 to 0.93 where struts are plain, up to 0.16 where walls are, and 0.17
 #: to 0.3 in between: pores, and networks that exist at high densities only. Chosen among these.
-CURVED, DENSITIES = 0.25, (0.1, 0.2, 0.3)
+_CURVED, DENSITIES = 0.25, (0.1, 0.2, 0.3)
 
 
 def elements_per_wall(cell: Cell) -> float:
     """Bricks across the thinnest wall or strut of a cell for 2 to 3 % in displacement."""
-    return PER_STRUT if has_struts(cell) else PER_SHEET
+    return PER_STRUT if _has_struts(cell) else PER_SHEET
 
 
-def has_struts(cell: Cell) -> bool:
+def _has_struts(cell: Cell) -> bool:
     """Whether a cell consists of struts rather than of walls."""
     low, high = cell.window
     # A cell whose window holds none of the densities is looked at in the middle of it.
     inside = [rho for rho in DENSITIES if low < rho < high] or [0.5 * (low + high)]
-    return max(curvature_over_width(cell, rho) for rho in inside) >= CURVED
+    return max(curvature_over_width(cell, rho) for rho in inside) >= _CURVED
 
 
 def curvature_over_width(cell: Cell, rho: float) -> float:

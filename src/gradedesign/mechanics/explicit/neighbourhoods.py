@@ -14,7 +14,7 @@ from gradedesign.geometry.maps.local_cells import local_cells
 
 #: Neighbourhoods with less solid than this share of the median one are slivers at the border.
 #: Chosen, not measured.
-LEAST_NEIGHBOURHOOD = 0.2
+_LEAST_NEIGHBOURHOOD = 0.2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -81,7 +81,7 @@ def neighbourhoods(
         solid = np.bincount(inverse, weights=volumes, minlength=keys.shape[1])
         order = np.argsort(inverse, kind="stable")
         starts = np.searchsorted(inverse[order], np.arange(keys.shape[1] + 1))
-        for b in np.flatnonzero(solid >= LEAST_NEIGHBOURHOOD * np.median(solid)):
+        for b in np.flatnonzero(solid >= _LEAST_NEIGHBOURHOOD * np.median(solid)):
             members = order[starts[b] : starts[b + 1]]
             if isinstance(cells, float):
                 centre, edge = (keys[:, b] - shift + 0.5) * cells, cells

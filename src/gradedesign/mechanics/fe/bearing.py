@@ -19,14 +19,14 @@ from gradedesign.geometry.part.regions import Region
 
 #: How far from square to the axis of the bore a bearing load may act, degrees. Chosen, not
 #: measured: more than axes that were fitted to facets turn, less than a user would mean.
-OFF_SQUARE = 1.0
+_OFF_SQUARE = 1.0
 #: How wide a gap the loaded half may have at its ends or between facets, degrees. Chosen like it.
 MISSING = 1.0
 #: Newton steps to the pressure, which take 2 to 6, and the share of the force that may be missed.
-STEPS, MISSED = 50, 1e-11
+STEPS, _MISSED = 50, 1e-11
 #: How much larger than the load the sum of the pressures may be: 4/pi on a whole bore, 2 on two
 #: strips 60 degrees off the force. Beyond, what is there of the wall is wedged apart.
-WEDGED = 2.0
+_WEDGED = 2.0
 
 
 def loaded_bore(region: Region, force: FloatArray) -> Bore:
@@ -50,7 +50,7 @@ def loaded_bore(region: Region, force: FloatArray) -> Bore:
             "give the load as force"
         )
     along, size = float(force @ bore.axis), float(np.linalg.norm(force))
-    if abs(along) > np.sin(np.radians(OFF_SQUARE)) * size:
+    if abs(along) > np.sin(np.radians(_OFF_SQUARE)) * size:
         raise CaseError(
             f"found {along:.4g} of {size:.4g} N along the axis of the bore of region "
             f"'{region.name}', {_triple(bore.axis)}, along which its wall carries no pressure; "
@@ -103,12 +103,12 @@ def bearing_traction(
         pressed = peak @ radial > 0.0
         normal, share = radial[:, pressed], weight[pressed]
         push = share * (peak @ normal)
-        if np.linalg.norm(normal @ push - wanted) <= MISSED * size:
-            if push.sum() > WEDGED * size:
+        if np.linalg.norm(normal @ push - wanted) <= _MISSED * size:
+            if push.sum() > _WEDGED * size:
                 break
             return _CosinePressure(bore, peak)
         stiff = (normal * share) @ normal.T + weight.sum() * np.outer(bore.axis, bore.axis)
-        if not np.linalg.cond(stiff) < 1.0 / MISSED:
+        if not np.linalg.cond(stiff) < 1.0 / _MISSED:
             break
         peak = np.linalg.solve(stiff, wanted)
     raise SolverError(

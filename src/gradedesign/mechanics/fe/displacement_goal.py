@@ -10,7 +10,7 @@ from gradedesign.arrays import FloatArray
 
 #: ``(u (3, k) mm, area (k,) mm^2) -> (3, k)``: derivative of a value by the displacements at k
 #: points of a region, each of which stands for an area.
-ByDisplacement: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
+_ByDisplacement: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -25,4 +25,4 @@ class DisplacementGoal:
 
     region: str
     load_case: str
-    by_displacement: ByDisplacement
+    by_displacement: _ByDisplacement

@@ -10,12 +10,12 @@ from gradedesign.arrays import FloatArray
 
 #: Degree up to which a traction function times a shape function is integrated exactly. Chosen, not
 #: measured.
-TRACTION_DEGREE = 6
+_TRACTION_DEGREE = 6
 
 
 def reference_rule() -> tuple[FloatArray, FloatArray]:
     """Points ``(2, q)`` and weights ``(q,)``, sum 1/2, in the reference triangle."""
-    points, weights = get_quadrature(RefTri, TRACTION_DEGREE)
+    points, weights = get_quadrature(RefTri, _TRACTION_DEGREE)
     return np.asarray(points), np.asarray(weights)
 
 

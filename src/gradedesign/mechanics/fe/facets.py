@@ -10,10 +10,10 @@ from gradedesign.errors import SolverError
 from gradedesign.mechanics.fe.space import TetSpace
 
 #: Local vertices of the facet opposite each local vertex, counter-clockwise seen from outside.
-LOCAL_FACETS = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]], dtype=np.int64)
+_LOCAL_FACETS = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]], dtype=np.int64)
 
 #: Local P2 nodes of those facets: the corners a, b, c, then the middles of ab, bc and ca.
-LOCAL_FACET_NODES = np.array(
+_LOCAL_FACET_NODES = np.array(
     [[1, 2, 3, 5, 9, 8], [0, 3, 2, 7, 9, 6], [0, 1, 3, 4, 8, 7], [0, 2, 1, 6, 5, 4]],
     dtype=np.int64,
 )
@@ -79,7 +79,7 @@ def facet_owners(space: TetSpace, facets: ArrayLike) -> tuple[IntArray, IntArray
     touching = np.flatnonzero(np.count_nonzero(corners >= 0, axis=0) >= 3)
     corners = corners[:, touching]
     keys, owners, sides = [], [], []
-    for opposite, three in enumerate(LOCAL_FACETS):
+    for opposite, three in enumerate(_LOCAL_FACETS):
         hit = np.flatnonzero((corners[three] >= 0).all(axis=0))
         keys.append(_keys(corners[np.ix_(three, hit)].T, base))
         owners.append(touching[hit])
@@ -118,7 +118,7 @@ def facet_nodes(space: TetSpace, facets: ArrayLike) -> IntArray:
         If there is no facet, or one is no face of any tetrahedron.
     """
     owners, sides, _ = facet_owners(space, facets)
-    local = LOCAL_FACET_NODES if space.order == 2 else LOCAL_FACETS
+    local = _LOCAL_FACET_NODES if space.order == 2 else _LOCAL_FACETS
     return space.elements[local[sides].T, owners].astype(np.int64)
 
 
@@ -138,7 +138,7 @@ def outward_area_vectors(space: TetSpace, facets: ArrayLike) -> FloatArray:
             f"{np.count_nonzero(sharing > 1)} of {len(sharing)} facets lie inside the mesh, "
             "where a pressure has no direction; give boundary facets only"
         )
-    corners = space.mesh.tets[LOCAL_FACETS[sides].T, owners]
+    corners = space.mesh.tets[_LOCAL_FACETS[sides].T, owners]
     a, b, c = (space.mesh.points[:, corner] for corner in corners)
     return 0.5 * np.cross(b - a, c - a, axis=0)
 

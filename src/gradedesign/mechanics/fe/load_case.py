@@ -33,7 +33,7 @@ from gradedesign.mechanics.fe.supports import Displacement, Supports, supports_o
 
 #: Resultant force and moment on the mesh may differ from those on the part by this share. Chosen,
 #: not measured.
-RESULTANT_TOLERANCE = 1e-3
+_RESULTANT_TOLERANCE = 1e-3
 
 
 class Support(Protocol):
@@ -220,7 +220,7 @@ def _check_resultant(
     )
     # Pressure on a closed ring has no resultant: its scale is then the sum of what acts.
     scale = max(scale, float(np.abs(nodal).sum()) * 1e-3)
-    if miss > RESULTANT_TOLERANCE * scale:
+    if miss > _RESULTANT_TOLERANCE * scale:
         raise SolverError(
             f"the load on region '{region.name}' arrives on the mesh with force {got_force} N "
             f"and moment {got_moment} N mm, expected {force} N and {moment} N mm within "

@@ -15,15 +15,15 @@ from gradedesign.mechanics.solver.linear_solver import (
 )
 
 #: Unknowns below which a direct solver is at once faster and simpler. Chosen, not measured.
-SMALL = 3000
+_SMALL = 3000
 #: Iterations after which multigrid is given up; thin lattices take 50 to 70.
 MAX_ITERATIONS = 300
 #: Load cases iterated together: they share each pass over the matrix, and the vectors of one take
 #: less than a tenth of its memory.
-TOGETHER = 2
+_TOGETHER = 2
 
 
-def prepare_multigrid(system: LinearSystem) -> Solve:
+def _prepare_multigrid(system: LinearSystem) -> Solve:
     """Build the levels; later right-hand sides share them."""
     from gradedesign.mechanics.fe.multigrid import build_hierarchy, preconditioner
     from gradedesign.mechanics.solver.conjugate_gradients import conjugate_gradients
@@ -37,13 +37,13 @@ def prepare_multigrid(system: LinearSystem) -> Solve:
             conjugate_gradients(
                 system.matrix,
                 keep,
-                right[k : k + TOGETHER],
-                preconditioner(hierarchy, len(right[k : k + TOGETHER])),
+                right[k : k + _TOGETHER],
+                preconditioner(hierarchy, len(right[k : k + _TOGETHER])),
                 rtol=rtol,
                 max_iterations=MAX_ITERATIONS,
-                start=start[k : k + TOGETHER],
+                start=start[k : k + _TOGETHER],
             )
-            for k in range(0, len(right), TOGETHER)
+            for k in range(0, len(right), _TOGETHER)
         ]
         return LinearAnswer(
             x=np.concatenate([part.x for part in parts]),
@@ -54,5 +54,5 @@ def prepare_multigrid(system: LinearSystem) -> Solve:
 
 
 MULTIGRID = LinearSolver(
-    name="multigrid", prepare=prepare_multigrid, other=DIRECT, least_unknowns=SMALL
+    name="multigrid", prepare=_prepare_multigrid, other=DIRECT, least_unknowns=_SMALL
 )

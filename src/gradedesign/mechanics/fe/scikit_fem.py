@@ -127,7 +127,7 @@ def _anisotropic(
     return matrix
 
 
-def prepare_scikit_fem(system: LinearSystem) -> Solve:
+def _prepare_scikit_fem(system: LinearSystem) -> Solve:
     """Solve with the fixed degrees of freedom condensed, each right-hand side for itself."""
     from skfem import condense, solve
 
@@ -186,7 +186,7 @@ def _require_same_nodes(space: TetSpace, where: FloatArray) -> None:
 
 SCIKIT_FEM = LinearSolver(
     name="scikit-fem",
-    prepare=prepare_scikit_fem,
+    prepare=_prepare_scikit_fem,
     assemble=assemble_scikit_fem,
     most_unknowns=MOST_UNKNOWNS,
 )

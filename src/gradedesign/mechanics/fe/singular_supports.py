@@ -20,11 +20,11 @@ from gradedesign.mechanics.fe.load_schema import FixSpec, LoadCaseSpec
 
 #: Largest angle, degrees, between a face's normal and the axis it is held along: files in single
 #: precision and remeshed planes stay below a tenth of it. Chosen, not measured.
-NORMAL_DEG = 1.0
+_NORMAL_DEG = 1.0
 #: Where the part's surface turns by less, degrees, at a support's border, the border lies within a
 #: smooth face: the mirrored part has a notch there of at most 90 degrees, whose singularity is that
 #: of a crack to a tenth (exponents 0.5 and 0.46; Williams, J. Appl. Mech. 19, 526-528, 1952).
-SMOOTH_DEG = 45.0
+_SMOOTH_DEG = 45.0
 #: Corners closer than this share of the part's longest edge are one. Chosen, not measured.
 _SAME = 1e-7
 
@@ -98,7 +98,7 @@ def held_in_normal_alone(fix: FixSpec, region: Region) -> BoolArray:
     held = np.array([value is not None for value in fix.displacement])
     cross = _crossed(region.corners)
     length = np.linalg.norm(cross, axis=1, keepdims=True)
-    along = np.abs(cross) >= np.cos(np.deg2rad(NORMAL_DEG)) * length
+    along = np.abs(cross) >= np.cos(np.deg2rad(_NORMAL_DEG)) * length
     return np.asarray((along | ~held).all(axis=1))
 
 
@@ -124,7 +124,7 @@ def _borders(
     pairs = np.sort(np.stack([tail, head], axis=-1).reshape(-1, 2), axis=1)
     _, edge, count = np.unique(pairs, axis=0, return_inverse=True, return_counts=True)
     alone = count[edge.ravel()].reshape(-1, 3) == 1
-    smooth = smooth_neighbours(surface, step)
+    smooth = _smooth_neighbours(surface, step)
     for piece, side in zip(*np.nonzero(alone & sliding[first, None]), strict=True):
         k = int(first[piece])
         ends = corners[k, [side, (side + 1) % 3]]
@@ -133,7 +133,7 @@ def _borders(
             yield names[int(owner[k])], line
 
 
-def smooth_neighbours(surface: SurfaceMesh, step: float) -> _SmoothNeighbours:
+def _smooth_neighbours(surface: SurfaceMesh, step: float) -> _SmoothNeighbours:
     """Test whether the surface goes on smoothly beyond a line on one of its triangles.
 
     ``step``, mm, is the distance within which the line counts as lying on the triangle's edge.
@@ -154,7 +154,7 @@ def smooth_neighbours(surface: SurfaceMesh, step: float) -> _SmoothNeighbours:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _SmoothNeighbours:
-    """See `smooth_neighbours`.
+    """See `_smooth_neighbours`.
 
     Attributes
     ----------
@@ -186,7 +186,7 @@ class _SmoothNeighbours:
         a, b = self.normals[one], self.normals[other]
         cosine = a @ b / (np.linalg.norm(a) * np.linalg.norm(b))
         above = (self.corners[other] - self.corners[one, 0]) @ a / np.linalg.norm(a)
-        return bool(cosine > np.cos(np.deg2rad(SMOOTH_DEG)) or above.max() > 10 * self.step)
+        return bool(cosine > np.cos(np.deg2rad(_SMOOTH_DEG)) or above.max() > 10 * self.step)
 
 
 def _crossed(corners: FloatArray) -> FloatArray:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from skfem import MeshTet
 
 #: Element tables are 32-bit: they halve the memory traffic of assembly.
-ElementArray = NDArray[np.int32]
+_ElementArray = NDArray[np.int32]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -42,7 +42,7 @@ class TetSpace:
     mesh: TetMesh
     order: int
     nodes: FloatArray
-    elements: ElementArray
+    elements: _ElementArray
 
     def __post_init__(self) -> None:
         if self.order not in (1, 2):
@@ -114,7 +114,7 @@ def vertex_space(space: TetSpace) -> TetSpace:
     return TetSpace(mesh=space.mesh, order=1, nodes=space.mesh.points, elements=space.elements[:4])
 
 
-def edge_ends(space: TetSpace) -> ElementArray:
+def edge_ends(space: TetSpace) -> _ElementArray:
     """Vertices at the two ends of every edge node of a quadratic space, ``(2, n_edges)``."""
     n = space.mesh.points.shape[1]
     ends = np.zeros((2, space.node_count - n), np.int32)

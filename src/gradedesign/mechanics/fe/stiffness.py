@@ -61,7 +61,7 @@ class AnisotropicStiffness:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "C", locked(self.C, (6, 6, None), name="C"))
-        require_symmetric(self.C)
+        _require_symmetric(self.C)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -78,7 +78,7 @@ class GaussStiffness:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "C", locked(self.C, (6, 6, 4, None), name="C"))
-        require_symmetric(self.C)
+        _require_symmetric(self.C)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -99,13 +99,13 @@ class MomentStiffness:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "C", locked(self.C, (6, 6, len(PAIRS), None), name="C"))
-        require_symmetric(self.C)
+        _require_symmetric(self.C)
 
 
 Stiffness: TypeAlias = IsotropicStiffness | AnisotropicStiffness | GaussStiffness | MomentStiffness
 
 
-def require_symmetric(C: FloatArray) -> None:
+def _require_symmetric(C: FloatArray) -> None:
     """Raise `ValueError` unless matrices ``(6, 6, ...)`` are symmetric."""
     skew = np.abs(C - C.swapaxes(0, 1)).max(initial=0.0)
     size = np.abs(C).max(initial=0.0)

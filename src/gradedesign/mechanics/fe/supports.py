@@ -18,7 +18,7 @@ from gradedesign.mechanics.fe.space import TetSpace
 Displacement: TypeAlias = tuple[float | None, float | None, float | None]
 
 #: Two prescriptions of one component may differ by rounding only, relative to the larger one.
-AGREEMENT = 1e-12
+_AGREEMENT = 1e-12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -49,7 +49,7 @@ def disagrees(one: ArrayLike, other: ArrayLike) -> BoolArray:
     """Whether displacements of one component differ by more than rounding."""
     one, other = np.asarray(one), np.asarray(other)
     scale = np.maximum(np.abs(one), np.abs(other))
-    return np.asarray(np.abs(one - other) > AGREEMENT * scale)
+    return np.asarray(np.abs(one - other) > _AGREEMENT * scale)
 
 
 def supports_at(space: TetSpace, prescribed: Iterable[tuple[ArrayLike, Displacement]]) -> Supports:

@@ -13,7 +13,7 @@ from gradedesign.common.system.progress import report_step
 from gradedesign.mechanics.finite_cell.operator import Operator, apply
 
 #: Fewest steps over which the gain in energy estimates the error. Chosen, not measured.
-LEAST_DELAY = 8
+_LEAST_DELAY = 8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -130,7 +130,7 @@ def _delayed_error(gains: list[float], energy: float) -> float:
 
     Zero while there are too few steps for an estimate.
     """
-    delay = max(LEAST_DELAY, len(gains) // 3)
+    delay = max(_LEAST_DELAY, len(gains) // 3)
     if len(gains) <= delay or energy <= 0.0:
         return 0.0
     return float(np.sqrt(sum(gains[-delay:]) / energy))

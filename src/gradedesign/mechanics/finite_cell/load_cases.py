@@ -32,14 +32,14 @@ log = logging.getLogger(__name__)
 
 #: Stiffness of the void in cut elements over that of the solid. 23 iterations, 22 with 1e-4; the
 #: bias is about 0.01 %.
-SOFTNESS = 1e-5
+_SOFTNESS = 1e-5
 #: Error in the energy norm, over that of the solution, at which the iteration stops: 1e-7 of the
 #: work of the loads. What converges later are pieces that hang by slivers: on a trimmed network of
 #: 0.46 M unknowns 50 iterations reach it, and 244 a residual of 1e-6.
-ENERGY = 3e-4
+_ENERGY = 3e-4
 #: Residual over the right-hand side at which it stops even before, and the largest accepted where
 #: nothing is known of the energy. Chosen, not measured.
-RESIDUAL = 1e-6
+_RESIDUAL = 1e-6
 #: Ten times the residual that is aimed at. Chosen, not measured.
 ACCEPTED = 1e-5
 #: Many times what solids of one piece take (17 to 41); a solid that hardly hangs together takes
@@ -67,9 +67,9 @@ class Accuracy:
         residual alone decides.
     """
 
-    softness: float = SOFTNESS
-    residual: float = RESIDUAL
-    energy: float = ENERGY
+    softness: float = _SOFTNESS
+    residual: float = _RESIDUAL
+    energy: float = _ENERGY
 
 
 #: Where nothing else is asked for.
@@ -136,7 +136,7 @@ def _dual(
     with stepping(f"error estimate of {goal.region} in {solution.name}"):
         solved = conjugate_gradients(
             system.stiffness, system.keep, right, system.precondition,
-            rtol=RESIDUAL, energy=DUAL_ENERGY, max_iterations=MAX_ITERATIONS,
+            rtol=_RESIDUAL, energy=DUAL_ENERGY, max_iterations=MAX_ITERATIONS,
             start=nearest_combination(system.stiffness, system.keep, right, free),
         )  # fmt: skip
     free.append(solved.u)

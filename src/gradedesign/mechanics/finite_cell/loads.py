@@ -48,7 +48,7 @@ def case_force(
     """
     force = np.zeros((len(space.place), 3))
     for load in case.load:
-        traction = region_traction(regions[load.region], load, places[load.region])
+        traction = _region_traction(regions[load.region], load, places[load.region])
         force += scattered(space, places[load.region], traction)
     if any(case.acceleration):
         force += material.density * _volume_force(elements, space, np.array(case.acceleration))
@@ -64,7 +64,7 @@ def thermal_force(
     return pressure * _divergence_force(elements, space)
 
 
-def region_traction(region: Region, load: RegionLoad, at: SurfacePoints) -> FloatArray:
+def _region_traction(region: Region, load: RegionLoad, at: SurfacePoints) -> FloatArray:
     """Traction at the points of a region, ``(3, m)``, MPa.
 
     A pressure acts along the part's normals, a bearing load along the radii of its bore; the rest

@@ -17,14 +17,14 @@ from gradedesign.mechanics.finite_cell.stress import solid_points
 MOST = 2**16
 #: Sub-cells with less solid than the first share of theirs, or more than the second, are not cut.
 #: Chosen, not measured.
-CUT = (1e-6, 1.0 - 1e-6)
+_CUT = (1e-6, 1.0 - 1e-6)
 #: Step of differences of the field, over the shortest edge. Chosen, not measured.
 STEP = 1e-4
 #: Farthest that the surface lies from the centroid of a cut sub-cell, over the longest edge.
 #: Chosen, not measured.
 NEAR = 0.5
 #: Points along the edge of a face, and sub-cells of each.
-ALONG, OF_EACH = 2, BLOCKS // 2
+ALONG, _OF_EACH = 2, BLOCKS // 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -89,7 +89,7 @@ def residual_places(elements: Elements, field: Field) -> ResidualPlaces:
 def _cut_surface(elements: Elements, field: Field) -> Places:
     """Points of the surface in cut sub-cells."""
     share = elements.share * BLOCKS**3
-    own, sub = np.nonzero((share > CUT[0]) & (share < CUT[1]))
+    own, sub = np.nonzero((share > _CUT[0]) & (share < _CUT[1]))
     some = _some(own.size)
     stands_for = own.size / max(some.size, 1)
     own, sub = own[some], sub[some]
@@ -172,7 +172,7 @@ def _solid_beside(elements: Elements, axis: int, side: int) -> FloatArray:
     cut = elements.share.reshape(-1, BLOCKS, BLOCKS, BLOCKS) * BLOCKS**3
     share[elements.whole :] = np.minimum(cut, 1.0)
     layer = np.take(share, side * (BLOCKS - 1), axis=3 - axis)  # sub-cells are stored z, y, x
-    parts = layer.reshape(count, ALONG, OF_EACH, ALONG, OF_EACH).mean(axis=(2, 4))
+    parts = layer.reshape(count, ALONG, _OF_EACH, ALONG, _OF_EACH).mean(axis=(2, 4))
     return np.asarray(parts.reshape(count, ALONG**2), dtype=np.float64)
 
 

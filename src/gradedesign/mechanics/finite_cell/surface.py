@@ -20,8 +20,8 @@ DEPTH = 1e-3
 DIVISIONS = 2
 #: Corners of a triangle, a little towards its middle, with no area: a face that turns moves most at
 #: its corner, off which the points of the rule lie by an eighth of an element.
-INWARD = 0.01
-CORNERS = np.concatenate([(1.0 - INWARD) * np.eye(3) + INWARD / 3.0, np.zeros((3, 1))], axis=1)
+_INWARD = 0.01
+CORNERS = np.concatenate([(1.0 - _INWARD) * np.eye(3) + _INWARD / 3.0, np.zeros((3, 1))], axis=1)
 #: Points per call of the field. Chosen, not measured.
 POINTS = 2**18
 

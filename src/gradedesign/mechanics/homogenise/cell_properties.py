@@ -35,7 +35,7 @@ from gradedesign.mechanics.material.strength_surface import StrengthSurface
 RESOLUTIONS = (64, 80, 96, 112, 128)
 #: Voxels across the thinnest strut from which the extrapolation is trusted: `LEAST_VOXELS` on the
 #: coarser grid too. With four of them it was 1.6 % off in the octet's C44 at density 0.05.
-STRUT_VOXELS = 2 * LEAST_VOXELS
+_STRUT_VOXELS = 2 * LEAST_VOXELS
 #: The energy is stationary: at this residual the stiffness is right to seven digits.
 RTOL = 1e-4
 #: Of the directions and points of the strength surface: tables are reproducible.
@@ -203,7 +203,7 @@ def _resolution(
 ) -> int:
     """Pick the first resolution whose voxels resolve the wall; the last where none does."""
     # A strut bends by its corners; a sheet is resolved with half as many.
-    wanted = LEAST_VOXELS if cell.family.sides == 2 else STRUT_VOXELS
+    wanted = LEAST_VOXELS if cell.family.sides == 2 else _STRUT_VOXELS
     for n in RESOLUTIONS:
         if voxels_in_wall(cell, rho, n, edges) >= wanted:
             return n

@@ -38,12 +38,12 @@ _SEED = 20261122
 #: in the corner alone: its load falls as one over the resolution, 0.0021, 0.0013, 0.0010 E at 16,
 #: 24, 32 voxels for a simple cubic frame of density 0.1 in shear. That is no number of the cell.
 #: Chosen, not measured.
-MOST_CHANGE = 0.25
+_MOST_CHANGE = 0.25
 #: Local von Mises stress, over Young's modulus, at which any base material has long yielded: the
 #: metals of the library do at 0.003 to 0.0075, its polymers at 0.02 to 0.03.
-YIELDED = 0.05
-#: A load that does not settle is replaced by that of `YIELDED` only if the fine grid's is this many
-#: times as large. Chosen, not measured.
+_YIELDED = 0.05
+#: A load that does not settle is replaced by that of `_YIELDED` only if the fine grid's is this
+#: many times as large. Chosen, not measured.
 _CLEAR = 2.0
 
 
@@ -105,7 +105,7 @@ def critical_stress(
         If the cell does not exist at this density or its wall has fewer than three voxels.
     LatticeError, SolverError
         As `solve_periodic` and `weakest_modes`; `SolverError` also if the extrapolation adds more
-        than `MOST_CHANGE` to a load under which the material can be elastic.
+        than `_MOST_CHANGE` to a load under which the material can be elastic.
 
     Notes
     -----
@@ -221,17 +221,17 @@ def _refined(
     value = after + (after - before) / 3
     log.info("component %d sense %d, signs %s: %g, %g", load, sense, signs, before, after)
     change = np.inf if value <= 0 else abs(after - before) / 3 / value
-    if change > MOST_CHANGE:
+    if change > _MOST_CHANGE:
         # A mode in a corner comes at strains that no material bears. Yield comes first at any
         # refinement, and what the cell bears then is a load below which it does not buckle.
         factor = stress_factors(local_stress(fine), np.eye(6)[:, [load]])[0]
-        least = YIELDED / float(factor)
+        least = _YIELDED / float(factor)
         if _CLEAR * least <= after:
             return least, 0, 0.0
         raise SolverError(
             f"the critical stress of component {PAIRS[load]} goes from {before:.4g} to {after:.4g} "
             f"E between {half[0]} and {fine.fill.shape[0]} voxels, too much to extrapolate: at "
-            f"most {MOST_CHANGE:.0%} may be added; take a higher resolution, unless the mode sits "
+            f"most {_MOST_CHANGE:.0%} may be added; take a higher resolution, unless the mode sits "
             f"in a corner between struts, which no resolution helps"
         )
     return value, 1 if signs == REPEATED else 2, change

@@ -24,14 +24,14 @@ from gradedesign.mechanics.material.strength_surface import StrengthSurface, sym
 
 #: Directions of the fit besides the named ones and hydrostatic, and unseen ones of the check.
 #: Chosen, not measured.
-FIT_DIRECTIONS = 300
+_FIT_DIRECTIONS = 300
 #: Enough unseen ones to find the largest error. Chosen, not measured.
-TEST_DIRECTIONS = 200
+_TEST_DIRECTIONS = 200
 #: Points of the cell whose forms are offered to the fit, and the share half are drawn from. With 80
 #: the largest unseen error of a primitive sheet is 10 instead of 4 or 5 %.
-CANDIDATES = 160
+_CANDIDATES = 160
 #: The most stressed tenth decides the high percentiles that limits judge. Chosen, not measured.
-STRESSED_SHARE = 0.1
+_STRESSED_SHARE = 0.1
 #: Exponents that are tried: the larger, the nearer the surface is to the largest of its forms.
 #: Chosen, not measured.
 EXPONENTS = (4, 6, 8, 12)
@@ -41,9 +41,9 @@ POINTS = 40_000
 _FOLDS = 3
 #: Percentages by volume at which the distribution of local stress is kept, and directions over
 #: which it is averaged. It differs between directions by a fifth at 50 %, a twentieth at 98 %.
-DISTRIBUTION = (10.0, 25.0, 50.0, 70.0, 80.0, 90.0, 95.0, 98.0, 99.0, 99.5, 99.8, 99.95)
+_DISTRIBUTION = (10.0, 25.0, 50.0, 70.0, 80.0, 90.0, 95.0, 98.0, 99.0, 99.5, 99.8, 99.95)
 #: Enough for a mean over directions that differ by a fifth at most. Chosen, not measured.
-DISTRIBUTION_DIRECTIONS = 60
+_DISTRIBUTION_DIRECTIONS = 60
 
 _MISES = np.array(
     [
@@ -95,8 +95,8 @@ def fit_surface(
         [*named_directions().values(), np.array([[1.0, 1, 1, 0, 0, 0]]).T], axis=1
     )
     named = named / np.sqrt((FROBENIUS[:, None] * named**2).sum(axis=0))
-    seen = np.concatenate([named, spread_directions(FIT_DIRECTIONS, rng)], axis=1)
-    unseen = spread_directions(TEST_DIRECTIONS, rng)
+    seen = np.concatenate([named, spread_directions(_FIT_DIRECTIONS, rng)], axis=1)
+    unseen = spread_directions(_TEST_DIRECTIONS, rng)
     target = stress_factors(local, seen, percentile)
     forms = _candidates(local, target.mean(), rng)
     fold = rng.permutation(seen.shape[1]) % _FOLDS
@@ -127,7 +127,7 @@ def fit_surface(
         rms_error=float(np.sqrt(np.mean(error**2))),
         unsafe_error=float(max(-error.min(), 0.0)),
         percentile=percentile,
-        distribution=_distribution(local, unseen[:, :DISTRIBUTION_DIRECTIONS], percentile),
+        distribution=_distribution(local, unseen[:, :_DISTRIBUTION_DIRECTIONS], percentile),
     )
 
 
@@ -136,7 +136,7 @@ def _distribution(local: LocalStress, macro: FloatArray, percentile: float) -> F
 
     A uniform stress, as in a solid, has no distribution to speak of.
     """
-    percent = np.array(DISTRIBUTION)
+    percent = np.array(_DISTRIBUTION)
     share = stress_distribution(local, macro, percent, percentile)
     rising = (np.diff(share, prepend=0.0) > 1e-6) & (share > 0)
     return np.stack([percent[rising], share[rising]])
@@ -151,11 +151,11 @@ def _candidates(local: LocalStress, scale: float, rng: np.random.Generator) -> F
     stress = local.stress.astype(np.float64)
     # Mean square over all macroscopic stresses of unit Frobenius norm.
     size = np.einsum("aji,ab,bji,j->i", stress, _MISES, stress, 1 / FROBENIUS, optimize=True)
-    count = min(CANDIDATES // 2, size.size)
-    pool = np.argpartition(size, -max(count, int(STRESSED_SHARE * size.size)))
-    chosen = set(rng.choice(pool[-max(count, int(STRESSED_SHARE * size.size)) :], count).tolist())
+    count = min(_CANDIDATES // 2, size.size)
+    pool = np.argpartition(size, -max(count, int(_STRESSED_SHARE * size.size)))
+    chosen = set(rng.choice(pool[-max(count, int(_STRESSED_SHARE * size.size)) :], count).tolist())
     top = max(size.size // 100, 1)
-    for direction in spread_directions(CANDIDATES // 2, rng).T:
+    for direction in spread_directions(_CANDIDATES // 2, rng).T:
         value = von_mises_of(np.matmul(direction, stress))
         chosen.add(int(rng.choice(np.argpartition(value, -top)[-top:])))
     points = stress[:, :, sorted(chosen)]

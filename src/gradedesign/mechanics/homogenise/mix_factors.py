@@ -34,9 +34,9 @@ KIND = "mix-properties"
 #: Shares of the second cell at which mixes are computed. Chosen, not measured.
 SHARES = (0.25, 0.5, 0.75)
 #: Voxels along a mix: as many as its thinnest wall needs, between these. Chosen, not measured.
-LEAST_RESOLUTION, MOST_RESOLUTION = 24, 72
+_LEAST_RESOLUTION, _MOST_RESOLUTION = 24, 72
 #: A mix is used from this much above the density at which it falls apart. Chosen, not measured.
-ABOVE_FLOOR = 1.15
+_ABOVE_FLOOR = 1.15
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -81,9 +81,9 @@ def _mix_windows(
     mixes = []
     for share in SHARES:
         cell = _mixed_cell(*ends, blend, share)
-        voxel = cell.family.period * max(edges) / min(edges) / MOST_RESOLUTION
+        voxel = cell.family.period * max(edges) / min(edges) / _MOST_RESOLUTION
         low, high = cell.window
-        floor = max(ABOVE_FLOOR * low, density_for_wall(cell, LEAST_VOXELS * voxel, 1.0))
+        floor = max(_ABOVE_FLOOR * low, density_for_wall(cell, LEAST_VOXELS * voxel, 1.0))
         if floor >= high:
             raise DensityError(
                 f"the mix with {share:.0%} of '{ends[1].name}' exists for densities "
@@ -212,7 +212,7 @@ def _mix(
             cell,
             rho,
             poissons_ratio=poissons_ratio,
-            resolution=int(np.clip(even, LEAST_RESOLUTION, MOST_RESOLUTION)),
+            resolution=int(np.clip(even, _LEAST_RESOLUTION, _MOST_RESOLUTION)),
             with_surface=False,
             edges=edges,
         )

@@ -23,9 +23,9 @@ LEAST_VOXELS = 3.0
 #: Edges of a cell that is a cube.
 CUBE = (1.0, 1.0, 1.0)
 #: Edges of the voxel grid may be out of proportion by this: about its error in stiffness.
-EDGE_MISFIT = 5e-3
+_EDGE_MISFIT = 5e-3
 #: Misfit below which no better numbers are looked for. Chosen, not measured.
-GOOD_FIT = 1e-3
+_GOOD_FIT = 1e-3
 #: Mean difference of fill below which a cell of cubic symmetry is made exactly symmetric. Chosen,
 #: not measured.
 _ROUNDING = 2e-3
@@ -109,7 +109,7 @@ def voxel_counts(edges: Sequence[float], resolution: int) -> tuple[int, int, int
     """Cubic voxels along the edges of a cell whose mean edge has about ``resolution`` of them.
 
     Even numbers, so that half of them make the coarser grid: the nearest to
-    ``resolution e_i / (e_1 e_2 e_3)^(1/3)`` that fit within `GOOD_FIT`, else those of 0.9 to 1.4
+    ``resolution e_i / (e_1 e_2 e_3)^(1/3)`` that fit within `_GOOD_FIT`, else those of 0.9 to 1.4
     times the resolution that fit best. Equal edges have ``resolution`` each.
 
     Parameters
@@ -124,7 +124,7 @@ def voxel_counts(edges: Sequence[float], resolution: int) -> tuple[int, int, int
     Raises
     ------
     SolverError
-        If no numbers fit the proportion within `EDGE_MISFIT`.
+        If no numbers fit the proportion within `_EDGE_MISFIT`.
     """
     lengths = np.asarray(edges, dtype=np.float64)
     if np.ptp(lengths) == 0:
@@ -137,13 +137,13 @@ def voxel_counts(edges: Sequence[float], resolution: int) -> tuple[int, int, int
         misfit = float(np.ptp(np.log(counts / relative)))
         if misfit < best:
             best, chosen = misfit, counts
-        if best <= GOOD_FIT:
+        if best <= _GOOD_FIT:
             break
-    if best > EDGE_MISFIT:
+    if best > _EDGE_MISFIT:
         raise SolverError(
             f"a cell with edges in proportion {' : '.join(f'{e:g}' for e in relative)} does not "
             f"fit cubic voxels at resolution {resolution} better than {100 * best:.2g} %, at most "
-            f"{100 * EDGE_MISFIT:g} % is taken; use edges that differ less"
+            f"{100 * _EDGE_MISFIT:g} % is taken; use edges that differ less"
         )
     x, y, z = (int(c) for c in chosen)
     return x, y, z

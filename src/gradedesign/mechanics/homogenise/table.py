@@ -45,9 +45,9 @@ RowListener: TypeAlias = Callable[[CellProperties, int, int], None]
 METHOD_VERSION = 3
 
 #: As METHOD_VERSION, of the critical stresses.
-BUCKLING_VERSION = 1
+_BUCKLING_VERSION = 1
 #: Thin cells, where buckling can come before yield; what is known of the densest serves above.
-BUCKLING_DENSITIES = (0.05, 0.1, 0.2, 0.3)
+_BUCKLING_DENSITIES = (0.05, 0.1, 0.2, 0.3)
 
 #: With these the law is within 0.5 % in stiffness and 2 % in strength of rows left out between.
 _DENSITIES = (0.05, 0.07, 0.1, 0.14, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8)
@@ -154,7 +154,7 @@ def compute_buckling(
         densities
         if densities is not None
         else [
-            d for d in BUCKLING_DENSITIES if voxels_in_wall(cell, d, finest, edges) >= LEAST_VOXELS
+            d for d in _BUCKLING_DENSITIES if voxels_in_wall(cell, d, finest, edges) >= LEAST_VOXELS
         ]
     )
     rows, refused = [], ""
@@ -177,7 +177,7 @@ def compute_buckling(
     if len(rows) < 2:
         raise DensityError(
             f"critical stresses of cell '{cell.name}' are found at fewer than two of the "
-            f"densities {list(BUCKLING_DENSITIES)}: at others its walls have fewer than "
+            f"densities {list(_BUCKLING_DENSITIES)}: at others its walls have fewer than "
             f"{LEAST_VOXELS:g} voxels at resolution {finest}, or they do not settle{refused}"
         )
     return buckling_table(rows, poissons_ratio)
@@ -206,7 +206,7 @@ def buckling_table(rows: Sequence[CriticalStress], poissons_ratio: float) -> Buc
             f"{poissons_ratio:g}, weakest of the modes that repeat after one or two cells, "
             f"extrapolated from two grids; 0 cells: at least this"
         ),
-        version=f"{metadata.version('gradedesign')} (method {BUCKLING_VERSION})",
+        version=f"{metadata.version('gradedesign')} (method {_BUCKLING_VERSION})",
         date=datetime.now(tz=UTC).date().isoformat(),
     )
 

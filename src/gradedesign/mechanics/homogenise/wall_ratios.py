@@ -20,7 +20,7 @@ from gradedesign.mechanics.homogenise.wall import PLANE, wall_stiffness
 #: to 0.6 % (measured against 1e-7).
 RTOL = 1e-3
 #: Share of the shear stiffness that is left of ``G h`` in a homogeneous plate.
-UNIFORM_SHEAR = 5 / 6
+_UNIFORM_SHEAR = 5 / 6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -96,7 +96,7 @@ def wall_ratios(
         solid=float(cut.sum() / cut[:, :, 0].size / thick / whole),
         membrane=np.diag(wall.membrane) / (thick * np.diag(plane)),
         bending=np.diag(wall.bending) / (thick**3 / 12 * np.diag(plane)),
-        shear=wall.shear / (UNIFORM_SHEAR * thick * transverse),
+        shear=wall.shear / (_UNIFORM_SHEAR * thick * transverse),
     )
 
 

@@ -10,13 +10,13 @@ from typing import TypeAlias
 from gradedesign.errors import CaseError
 
 #: Spacing of the elements, mm, and the value found with them.
-ValueAtSize: TypeAlias = tuple[float, float]
+_ValueAtSize: TypeAlias = tuple[float, float]
 
 #: Least ratio of two spacings whose values can be compared. Chosen, not measured.
 LEAST_RATIO = 1.05
 #: Order with which the error is taken to fall where none is known: the volume that chamfers and
 #: missed struts lose goes with the square of the element.
-UNKNOWN_ORDER = 2.0
+_UNKNOWN_ORDER = 2.0
 #: Half the band of a value without a known order is this share at least: two errors of opposite
 #: sign, walls that are held too stiff and struts that lose volume, may cancel in the difference of
 #: two meshes. Measured on stuffed tetrahedra: docs/validation.md, "Two resolutions of
@@ -29,13 +29,13 @@ LEAST_UNKNOWN = 0.04
 RESIDUAL_FACTORS = (0.18, 0.25, 0.4)
 #: An observed order counts where the remaining error is at least this share of the residual.
 #: Chosen, not measured.
-LEAST_REST = 0.05
+_LEAST_REST = 0.05
 #: The factor is fitted where the finer residual is at most this share of the coarser one. Chosen,
 #: not measured.
-TELLING = 0.75
+_TELLING = 0.75
 #: Two values that agree better than this, over the value, do not make a band of nothing. Chosen,
 #: not measured.
-LEAST_FALL = 0.005
+_LEAST_FALL = 0.005
 #: Safety factor on an observed order (Roache, J. Fluids Eng. 116, 1994: grid convergence index).
 SAFETY = 1.25
 
@@ -112,7 +112,7 @@ class Banded:
 
 
 def banded(
-    values: Sequence[ValueAtSize],
+    values: Sequence[_ValueAtSize],
     orders: Sequence[float] | None,
     residuals: Sequence[Residual] | None = None,
 ) -> Banded:
@@ -151,7 +151,7 @@ def banded(
         )
     change, sizes = value - before, tuple(size for size, _ in values)
     if orders is None:
-        half = max(abs(change) / (ratio**UNKNOWN_ORDER - 1.0), LEAST_UNKNOWN * abs(value))
+        half = max(abs(change) / (ratio**_UNKNOWN_ORDER - 1.0), LEAST_UNKNOWN * abs(value))
         return Banded(value=value, low=value - half, high=value + half, sizes_mm=sizes)
     seen = observed_order(values)
     rest = 0.0 if seen is None else change / (ratio**seen - 1.0)
@@ -161,7 +161,7 @@ def banded(
             rest / value if value else 0.0,
             0.0 if residuals is None else residuals[-1].net,
         )
-        if residuals is None or missing * math.copysign(1.0, net) >= LEAST_REST * abs(net):
+        if residuals is None or missing * math.copysign(1.0, net) >= _LEAST_REST * abs(net):
             ends = (value, value + SAFETY * rest)
             best, order = value + rest, "observed"
             return Banded(value=best, low=min(ends), high=max(ends), sizes_mm=sizes, order=order)
@@ -178,7 +178,7 @@ def banded(
     )
 
 
-def _from_residuals(values: Sequence[ValueAtSize], residuals: tuple[Residual, Residual]) -> Banded:
+def _from_residuals(values: Sequence[_ValueAtSize], residuals: tuple[Residual, Residual]) -> Banded:
     """Band from the residual of the tractions and the change between the last two values.
 
     Where the value changes as the residual says, and that falls well, the factor is fitted to both.
@@ -191,11 +191,11 @@ def _from_residuals(values: Sequence[ValueAtSize], residuals: tuple[Residual, Re
     change = size - abs(before)
     factor = most
     fallen = first.net * abs(before) - last.net * size
-    if change * fallen > 0.0 and abs(last.net) <= TELLING * abs(first.net):
+    if change * fallen > 0.0 and abs(last.net) <= _TELLING * abs(first.net):
         factor = min(max(change / fallen, least), most)
-    lost = max(-change, 0.0) / ((coarse / fine) ** UNKNOWN_ORDER - 1.0)
-    low = size - max(lost, factor * last.fall * size, LEAST_FALL * size)
-    high = size * (1.0 + max(factor * last.rise, LEAST_FALL))
+    lost = max(-change, 0.0) / ((coarse / fine) ** _UNKNOWN_ORDER - 1.0)
+    low = size - max(lost, factor * last.fall * size, _LEAST_FALL * size)
+    high = size * (1.0 + max(factor * last.rise, _LEAST_FALL))
     best = size * (1.0 + usual * last.net)
     ends = (math.copysign(low, value), math.copysign(high, value))
     return Banded(
@@ -207,7 +207,7 @@ def _from_residuals(values: Sequence[ValueAtSize], residuals: tuple[Residual, Re
     )
 
 
-def observed_order(values: Sequence[ValueAtSize]) -> float | None:
+def observed_order(values: Sequence[_ValueAtSize]) -> float | None:
     """Order that three spacings in one ratio show; None where they do not converge evenly."""
     if len(values) < 3:
         return None

@@ -32,7 +32,7 @@ def limit_entries(kinds: Mapping[str, LimitKind]) -> dict[str, type[LimitEntry]]
     return {name: kind.entry for name, kind in kinds.items() if kind.entry is not None}
 
 
-def kinds_of(kinds: Mapping[str, LimitKind], limits: LimitsSpec) -> Iterator[LimitKind]:
+def _kinds_of(kinds: Mapping[str, LimitKind], limits: LimitsSpec) -> Iterator[LimitKind]:
     """Kinds that a case may state: those of the core's keys, and those whose list it holds."""
     for name, kind in kinds.items():
         if kind.entry is None or getattr(limits, name, False):
@@ -48,7 +48,7 @@ def stated_limits(
     """Every limit as a case states it, those by gradient first."""
     stated = [
         limit
-        for kind in kinds_of(kinds, limits)
+        for kind in _kinds_of(kinds, limits)
         for limit in kind.stated(limits, load_cases, material)
     ]
     return tuple(sorted(stated, key=lambda limit: not limit.by_gradient))
@@ -67,7 +67,7 @@ def require_possible(
     ------
     CaseError
     """
-    for kind in kinds_of(kinds, limits):
+    for kind in _kinds_of(kinds, limits):
         kind.require(limits, load_cases, regions, where)
 
 
@@ -83,7 +83,7 @@ def made_limits(
     """
     limits: list[Limit] = []
     warnings: list[str] = []
-    for kind in kinds_of(kinds, stated):
+    for kind in _kinds_of(kinds, stated):
         made, remarks = kind.make(stated, placed)
         limits += made
         warnings += remarks

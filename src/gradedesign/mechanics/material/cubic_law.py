@@ -113,7 +113,7 @@ def cubic_table_law(
     )
 
 
-def cubic_stiffness(constants: FloatArray) -> FloatArray:
+def _cubic_stiffness(constants: FloatArray) -> FloatArray:
     """Stiffness ``(6, 6, ...)`` from C11, C12, C44 ``(3, ...)``."""
     c11, c12, c44 = constants
     c = np.zeros((6, 6, *c11.shape))
@@ -148,8 +148,8 @@ def _law(
     return ScalingLaw(
         name=name,
         families=families,
-        stiffness=lambda rho: cubic_stiffness(constants(within_window(name, window, rho))),
-        stiffness_derivative=lambda rho: cubic_stiffness(
+        stiffness=lambda rho: _cubic_stiffness(constants(within_window(name, window, rho))),
+        stiffness_derivative=lambda rho: _cubic_stiffness(
             derivatives(within_window(name, window, rho))
         ),
         strength=lambda rho: strong(within_window(name, window, rho)),

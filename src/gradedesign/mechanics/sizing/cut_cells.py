@@ -16,7 +16,7 @@ from gradedesign.mechanics.sizing.wall_kinds import wall_faces
 #: cubic struts, waves of eight cells along walls of 1, 2, 3, 4 and 6 cells keep 0.38, 0.62, 0.76,
 #: 0.84 and 0.91 of the periodic frame's critical stress; with 1.5 it is 0.40, 0.57, 0.67, 0.73
 #: and 0.80. Longer waves bend the wall as a plate: that is buckling of the part.
-LOST = 1.5
+_LOST = 1.5
 
 
 def cut_share(
@@ -41,4 +41,4 @@ def cut_share(
 
 def share_between_faces(across: FloatArray) -> FloatArray:
     """Share that is left where so many cells lie between two free faces."""
-    return np.asarray(1 / (1 + LOST / across))
+    return np.asarray(1 / (1 + _LOST / across))

@@ -26,7 +26,7 @@ NODES_PER_RADIUS = 6
 NODES_IN_RADIUS = 925
 #: Tetrahedra whose neighbours are counted to tell the number of pairs, evenly among them. Chosen,
 #: not measured.
-COUNTED = 500
+_COUNTED = 500
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -90,7 +90,7 @@ def cone_filter(points: FloatArray, volumes: FloatArray, radius: float) -> Densi
     if not radius > 0:
         raise DensityError(f"filter radius is {radius:g} mm, expected a positive length")
     tree = cKDTree(points.T)
-    some = points[:, :: max(points.shape[1] // COUNTED, 1)].T
+    some = points[:, :: max(points.shape[1] // _COUNTED, 1)].T
     pairs = tree.query_ball_point(some, radius, return_length=True).mean() * points.shape[1]
     if pairs <= MOST_PAIRS:
         return _between_points(points, volumes, radius)

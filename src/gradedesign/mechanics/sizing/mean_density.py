@@ -30,7 +30,7 @@ BEYOND = 1.03
 #: Chosen, not measured.
 SAME_DENSITY = 1e-5
 #: A utilisation that grows with density by more than this share is no rounding of the solver.
-RISE = 1e-4
+_RISE = 1e-4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -164,7 +164,7 @@ def _warn_of_rises(history: Sequence[SizingStep]) -> None:
     """Log where the largest utilisation rises with density: then a lower density may hold too."""
     steps = sorted(history, key=lambda step: step.mean_density)
     for earlier, later in pairwise(steps):
-        if later.utilisation > earlier.utilisation * (1 + RISE):
+        if later.utilisation > earlier.utilisation * (1 + _RISE):
             log.warning(
                 "the largest utilisation rises from %.4g to %.4g between densities "
                 "%.4g and %.4g; a density below the one found may hold too",

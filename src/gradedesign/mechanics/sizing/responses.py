@@ -36,7 +36,7 @@ def response_gradients(
     derivative = stiffness_derivative(state.model, state.rho)
     return np.array(
         [
-            response_gradient(state, derivative, response, adjoint)
+            _response_gradient(state, derivative, response, adjoint)
             for response, adjoint in zip(responses, adjoints, strict=True)
         ]
     )
@@ -64,7 +64,7 @@ def stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> Stiffness:
     return as_stiffness(in_lattice(model, lattice_stiffness_derivative(model, rho)))
 
 
-def response_gradient(
+def _response_gradient(
     state: SolvedState, derivative: Stiffness, response: Response, adjoint: Solution
 ) -> FloatArray:
     """Derivative of one response by the density of every tetrahedron, ``(M,)``.

@@ -36,9 +36,9 @@ from gradedesign.mechanics.sizing.problem import SizingProblem, SizingResult, Si
 
 #: Stress below this share of the largest is taken for none: where all that is more stressed stands
 #: at its greatest density, the factor grows no further. Chosen, not measured.
-NO_STRESS = 1e-3
+_NO_STRESS = 1e-3
 #: Relative tolerance of the factor: hundred times finer than that of sizing on the limits.
-FACTOR_TOLERANCE = 1e-5
+_FACTOR_TOLERANCE = 1e-5
 
 
 def size_by_stress(
@@ -80,9 +80,9 @@ def size_by_stress(
     model = problem.model
     weights = model.lattice_volumes / model.lattice_volumes.sum()
     stress = solid_demand(problem, solid)
-    at_low, at_high = largest_stress(problem, stress)
+    at_low, at_high = _largest_stress(problem, stress)
     # All densities stand at their lower bound, or all of stressed lattice at their upper one.
-    weak, strong = np.log(at_low), np.log(NO_STRESS * at_high)
+    weak, strong = np.log(at_low), np.log(_NO_STRESS * at_high)
 
     def mean_of(log_permitted: float) -> float:
         return float(weights @ mapped_density(problem, stress, np.exp(log_permitted)))
@@ -94,7 +94,7 @@ def size_by_stress(
         """Logarithm of the stress in the solid with which the map has a mean density."""
         if not bounds[0] < mean < bounds[1]:
             return float(weak if mean <= bounds[0] else strong)
-        return float(brentq(lambda x: mean_of(x) - mean, strong, weak, xtol=FACTOR_TOLERANCE))
+        return float(brentq(lambda x: mean_of(x) - mean, strong, weak, xtol=_FACTOR_TOLERANCE))
 
     one = at_high if allowed is None else allowed
     sized = size_by_mean_density(
@@ -130,7 +130,7 @@ def mapped_density(
     return np.clip(filtered(problem.filter, np.clip(wanted, low, high)), low, high)
 
 
-def largest_stress(problem: SizingProblem, stress: Sequence[LatticeStress]) -> tuple[float, float]:
+def _largest_stress(problem: SizingProblem, stress: Sequence[LatticeStress]) -> tuple[float, float]:
     """Largest stress in the solid by the law with all densities at a bound, lower and upper, MPa.
 
     Raises

@@ -14,7 +14,7 @@ from gradedesign.arrays import FloatArray
 
 #: Aggregation that leaves more than this share of the unknowns is not worth a level. Chosen, not
 #: measured.
-SLOWEST_COARSENING = 0.7
+_SLOWEST_COARSENING = 0.7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -66,7 +66,7 @@ def coarsen(
         None if aggregation hardly reduces the problem.
     """
     aggregates, _ = standard_aggregation(_graph(matrix, keep))
-    if 6 * aggregates.shape[1] > SLOWEST_COARSENING * matrix.shape[0]:
+    if 6 * aggregates.shape[1] > _SLOWEST_COARSENING * matrix.shape[0]:
         return None
     tentative, coarse_candidates = fit_candidates(aggregates, candidates)
     tentative = bsr_matrix(tentative)

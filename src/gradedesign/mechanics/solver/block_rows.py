@@ -15,10 +15,10 @@ from gradedesign.mechanics.solver._multigrid_kernels import inverse_diagonal, mu
 SingleArray = NDArray[np.float32]
 
 #: Steps and safety factor of the estimate of the largest eigenvalue. Chosen, not measured.
-LANCZOS_STEPS = 15
+_LANCZOS_STEPS = 15
 #: Lanczos estimates approach the eigenvalue from below, and Chebyshev's iteration diverges above
 #: its interval. Chosen, not measured.
-EIGENVALUE_MARGIN = 1.1
+_EIGENVALUE_MARGIN = 1.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -100,7 +100,7 @@ def largest_preconditioned(
     alphas: list[float] = []
     betas: list[float] = []
     rz = 0.0
-    for _ in range(min(LANCZOS_STEPS, int(np.count_nonzero(mask)))):
+    for _ in range(min(_LANCZOS_STEPS, int(np.count_nonzero(mask)))):
         z = precondition(r)
         rz_new = float(np.einsum("i,i->", r.ravel(), z.ravel()))
         if rz_new <= 1e-12 * rz or rz_new <= 0.0:
@@ -120,4 +120,4 @@ def largest_preconditioned(
     diagonal[1:] += b / a[:-1]
     off = np.sqrt(b) / a[:-1]
     lanczos = np.diag(diagonal) + np.diag(off, 1) + np.diag(off, -1)
-    return EIGENVALUE_MARGIN * float(np.linalg.eigvalsh(lanczos)[-1])
+    return _EIGENVALUE_MARGIN * float(np.linalg.eigvalsh(lanczos)[-1])

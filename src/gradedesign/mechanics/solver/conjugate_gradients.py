@@ -15,7 +15,7 @@ from gradedesign.mechanics.solver._multigrid_kernels import multiply
 
 #: The recursive residual drifts from the true one; the iteration restarts this often to mend it.
 #: Chosen, not measured.
-RESTARTS = 2
+_RESTARTS = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -76,7 +76,7 @@ def conjugate_gradients(
     x[size == 0.0] = 0.0
     goal = rtol * size
     done = np.zeros(len(right), dtype=np.int64)
-    for _ in range(1 + RESTARTS):
+    for _ in range(1 + _RESTARTS):
         r = right - _product(matrix, keep, x)
         if not _iterate(matrix, keep, x, r, precondition, goal, done, max_iterations):
             break

@@ -32,9 +32,9 @@ log = logging.getLogger(__name__)
 #: Unknowns above which SuperLU takes minutes and gigabytes (25 s and 2.6 GiB at 56 000).
 SUPERLU_LIMIT = 60_000
 #: Share of the memory left that a factorisation may fill. Chosen, not measured.
-MEMORY_SHARE = 0.9
+_MEMORY_SHARE = 0.9
 #: Error codes of Pardiso that mean a zero or negative pivot.
-PIVOT_ERROR = -4
+_PIVOT_ERROR = -4
 
 
 def direct_method(unknowns: int) -> str | None:
@@ -133,7 +133,7 @@ def _factorised_pardiso(matrix: csr_matrix) -> Iterator[Callable[[FloatArray], F
         call(22, nothing)
         yield lambda f: call(33, np.ascontiguousarray(f))
     except pardiso.pardiso_wrapper.PyPardisoError as error:
-        if error.value == PIVOT_ERROR:
+        if error.value == _PIVOT_ERROR:
             raise SolverError(_singular(matrix)) from error
         raise SolverError(
             f"Pardiso failed with error {error.value} on {matrix.shape[0]} unknowns; "
@@ -149,7 +149,7 @@ def _require_memory(solver: Any, unknowns: int) -> None:
         int(solver.get_iparm(15)), int(solver.get_iparm(16)) + int(solver.get_iparm(17))
     )
     need, available = 1024 * kibibytes, available_memory_bytes()
-    if need > MEMORY_SHARE * available:
+    if need > _MEMORY_SHARE * available:
         raise ResourceError(
             f"the direct factorisation of {unknowns} unknowns needs {need / 2**30:.2f} GiB, but "
             f"{available / 2**30:.2f} GiB are left; use a coarser mesh or a larger machine"
@@ -173,7 +173,7 @@ def _pardiso() -> Any:
     return pypardiso
 
 
-def prepare_direct(system: LinearSystem) -> Solve:
+def _prepare_direct(system: LinearSystem) -> Solve:
     """Factorise anew for each set of right-hand sides: factors take more memory than time."""
 
     def solve(right: FloatArray, _start: FloatArray, _rtol: float) -> LinearAnswer:
@@ -186,7 +186,7 @@ def prepare_direct(system: LinearSystem) -> Solve:
 
 DIRECT = LinearSolver(
     name="direct",
-    prepare=prepare_direct,
+    prepare=_prepare_direct,
     # Whether it loads tells only the first solution; a broken one is refused there.
     most_unknowns=None if find_spec("pypardiso") else SUPERLU_LIMIT,
 )

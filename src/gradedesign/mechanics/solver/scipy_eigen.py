@@ -18,7 +18,7 @@ _RTOL = 3e-3
 _MOST_RESTARTS = 12
 
 
-def scipy_extremes(problem: EigenProblem) -> tuple[ExtremeValue, ExtremeValue | None]:
+def _scipy_extremes(problem: EigenProblem) -> tuple[ExtremeValue, ExtremeValue | None]:
     """Largest and, on request, smallest ``mu`` of ``form x = mu K x`` by ``eigsh``.
 
     Raises
@@ -65,4 +65,4 @@ def scipy_extremes(problem: EigenProblem) -> tuple[ExtremeValue, ExtremeValue | 
     return high, end(int(np.argmin(values)), -1) if problem.both else None
 
 
-SCIPY = EigenSolver(name="scipy", solve=scipy_extremes)
+SCIPY = EigenSolver(name="scipy", solve=_scipy_extremes)

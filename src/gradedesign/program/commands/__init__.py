@@ -14,9 +14,9 @@ from gradedesign.program.commands.interrupt import interruptible
 __all__ = ["main"]
 
 #: Exit code of shells for a command that ended by SIGINT: 128 + 2.
-INTERRUPTED = 130
+_INTERRUPTED = 130
 #: How an interrupted command goes on.
-RESUMABLE = {"run": "go on with the same command and --resume"}
+_RESUMABLE = {"run": "go on with the same command and --resume"}
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
@@ -40,6 +40,6 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
             run_command(words, interruption)
         except Interrupted as error:
             command = next((word for word in words if not word.startswith("-")), "")
-            resumable = str(error) or RESUMABLE.get(command, "")
+            resumable = str(error) or _RESUMABLE.get(command, "")
             sys.stderr.write("; ".join(filter(None, ("interrupted", resumable))) + "\n")
-            sys.exit(INTERRUPTED)
+            sys.exit(_INTERRUPTED)

@@ -119,9 +119,9 @@ app = typer.Typer(
 )
 
 #: Exit code of an error of the program itself: EX_SOFTWARE of sysexits.h.
-INTERNAL = 70
+_INTERNAL = 70
 
-CasePath = Annotated[Path, typer.Argument(help="The case file, or its folder.")]
+_CasePath = Annotated[Path, typer.Argument(help="The case file, or its folder.")]
 Outside = Annotated[
     bool, typer.Option("--allow-outside", help="Let the case name files outside its folder.")
 ]
@@ -129,10 +129,10 @@ Strict = Annotated[
     bool, typer.Option("--strict-plugins", help="Stop if an installed plugin fails to load.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print plain data for another program.")]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace earlier results.")]
+_Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace earlier results.")]
 
 
-def print_version(requested: bool) -> None:
+def _print_version(requested: bool) -> None:
     """Print the version of the program and exit, if asked to."""
     if requested:
         typer.echo(f"gradedesign {version('gradedesign')}")
@@ -147,7 +147,7 @@ def common(
     _version: Annotated[
         bool,
         typer.Option(
-            "--version", callback=print_version, is_eager=True, help="Print the version and exit."
+            "--version", callback=_print_version, is_eager=True, help="Print the version and exit."
         ),
     ] = False,
 ) -> None:
@@ -164,14 +164,14 @@ def _require_text(case: Path, *, allow_outside: bool) -> None:
 
 @app.command()
 def run(
-    case: CasePath,
+    case: _CasePath,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Run folder [runs/<case name>].")
     ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with an interrupted run.")
     ] = False,
-    overwrite: Overwrite = False,
+    overwrite: _Overwrite = False,
     allow_outside: Outside = False,
     strict_plugins: Strict = False,
     as_json: Json = False,
@@ -220,7 +220,7 @@ def new(
 
 @app.command()
 def check(
-    case: CasePath,
+    case: _CasePath,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -380,7 +380,7 @@ def _report_internal(error: Exception) -> NoReturn:
     """Print what a maintainer needs, and exit."""
     traceback.print_exc()
     typer.echo(f"internal error: {error!r}; please report it with the lines above", err=True)
-    sys.exit(INTERNAL)
+    sys.exit(_INTERNAL)
 
 
 def _leave_the_pipe() -> NoReturn:

@@ -11,7 +11,7 @@ from types import FrameType
 from gradedesign.errors import Interrupted
 
 #: Seconds after which a request to end that was swallowed is made again. Chosen, not measured.
-AGAIN_S = 0.3
+_AGAIN_S = 0.3
 
 _END_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 #: Windows has no such timer: there a swallowed request has to be made again by hand.
@@ -34,7 +34,7 @@ class Interruption:
         del number, frame
         if not self.stop_requested:
             self.stop_requested = True
-            _repeat(AGAIN_S, AGAIN_S)
+            _repeat(_AGAIN_S, _AGAIN_S)
         if not _on_its_way(sys.exception()):
             raise Interrupted
 

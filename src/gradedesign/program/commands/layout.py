@@ -11,12 +11,12 @@ from collections.abc import Sequence
 #: Columns where there is no terminal, and COLUMNS does not say otherwise.
 WIDTH = 80
 #: Columns that are used at least, and at most: longer lines are hard to read. Chosen, not measured.
-NARROWEST, WIDEST = 40, 120
+_NARROWEST, WIDEST = 40, 120
 #: A number with its unit, between which no line ends.
 _UNIT = re.compile(r"\d (?=(mm|N|MPa|GPa|g|s|%|GB)\b|%)")
 _GLUE = "\u00a0"
 #: Spaces before a table's lines and between its columns. Chosen, not measured.
-INDENT, GAP = 2, 2
+_INDENT, GAP = 2, 2
 
 
 def say(text: str, *, err: bool = False) -> None:
@@ -31,7 +31,7 @@ def say(text: str, *, err: bool = False) -> None:
 
 def width_now() -> int:
     """Number of columns of the terminal; 80 if there is none."""
-    return min(max(shutil.get_terminal_size((WIDTH, 24)).columns, NARROWEST), WIDEST)
+    return min(max(shutil.get_terminal_size((WIDTH, 24)).columns, _NARROWEST), WIDEST)
 
 
 def wrapped(text: str, *, width: int | None = None, hang: int = 0) -> list[str]:
@@ -64,7 +64,7 @@ def table_lines(
     Columns of numbers stand right. Where not even the longest words fit beside each other, every
     row becomes a block of lines, one for each column.
     """
-    room = (width_now() if width is None else width) - INDENT
+    room = (width_now() if width is None else width) - _INDENT
     cells = [[str(cell) for cell in row] for row in (columns, *rows)]
     widths = _fitted(cells, room - GAP * (len(columns) - 1))
     if widths is None:
@@ -79,7 +79,7 @@ def table_lines(
                 text.rjust(w) if r else text.ljust(w)
                 for text, w, r in zip(texts, widths, right, strict=True)
             )
-            lines.append((" " * INDENT + (" " * GAP).join(aligned)).rstrip())
+            lines.append((" " * _INDENT + (" " * GAP).join(aligned)).rstrip())
     return lines
 
 
@@ -107,9 +107,9 @@ def _blocks(cells: Sequence[Sequence[str]], room: int) -> list[str]:
     for row in cells[1:]:
         lines += [""] if lines else []
         for name, cell in zip(names, row, strict=True):
-            hang = INDENT + label + GAP
-            text = " " * INDENT + name.ljust(label + GAP) + cell
-            lines += wrapped(text, width=INDENT + room, hang=hang)
+            hang = _INDENT + label + GAP
+            text = " " * _INDENT + name.ljust(label + GAP) + cell
+            lines += wrapped(text, width=_INDENT + room, hang=hang)
     return lines
 
 

@@ -53,7 +53,7 @@ def density_window(family: CellFamily) -> list[float]:
     return [round(float(v), 4) for v in window]
 
 
-def law_window(laws: Sequence[ScalingLaw]) -> list[float] | None:
+def _law_window(laws: Sequence[ScalingLaw]) -> list[float] | None:
     """Densities of the law that a run would take: computed before measured, then the widest."""
     if not laws:
         return None
@@ -105,7 +105,7 @@ def cell_data(
     family = lookup(registry, "cell_families", name)
     laws = [law for law in registry.scaling_laws.values() if name in law.families]
     own = window(family)
-    covered = law_window(laws) if own is None else None
+    covered = _law_window(laws) if own is None else None
     return {
         "name": name,
         "density_window": own or covered,

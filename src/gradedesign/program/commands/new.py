@@ -26,7 +26,7 @@ from gradedesign.program.commands.show_part import (
 from gradedesign.program.pictures.pictures import picture_loads
 from gradedesign.program.pictures.region_mark import RegionMark
 
-CASE_FILE = "case.toml"
+_CASE_FILE = "case.toml"
 PICTURE = "regions.png"
 
 
@@ -42,7 +42,7 @@ def new(
     """Read a part, propose regions, and write a case file beside a copy of it."""
     name = re.sub(r"[^\w.-]+", "-", file.stem).strip("-.") or "part"
     folder = Path(name) if output is None else output
-    case_file = folder / CASE_FILE
+    case_file = folder / _CASE_FILE
     for path in (case_file, folder / PICTURE):
         if path.exists():
             raise CaseError(f"{path} is there already; choose another folder with -o")

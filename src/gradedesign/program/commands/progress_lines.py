@@ -35,11 +35,11 @@ BLOCKED = 2.0
 #: Seconds between looks at the steps. Chosen, not measured.
 POLL, LIVE_POLL = 0.5, 0.5
 #: Sizing reports every iteration; only each n-th is worth a line. Chosen, not measured.
-SIZING_EVERY = 10
+_SIZING_EVERY = 10
 #: Share and seconds of a step from which on the time left is shown. Chosen, not measured.
-LEAST_SHARE, LEAST_SECONDS = 0.05, 2.0
+LEAST_SHARE, _LEAST_SECONDS = 0.05, 2.0
 #: Columns of the stage's name. The longest, ``acceptance``, takes ten.
-STAGE = 12
+_STAGE = 12
 
 
 class ProgressLines:
@@ -120,7 +120,7 @@ class ProgressLines:
             self._leave(event.stage)
         if event.stage == "sizing" and event.seconds is None:
             self._sizing += 1
-            if self._sizing % SIZING_EVERY != 1:
+            if self._sizing % _SIZING_EVERY != 1:
                 return
         if self._events:
             took = "" if event.seconds is None else f" ({event.seconds:.1f} s)"
@@ -172,7 +172,7 @@ class ProgressLines:
     def _print(self, stage: str, message: str) -> None:
         """Print an event, wrapped to the width."""
         with self._lock:
-            lines = wrapped(f"{stage:<{STAGE - 1}} {message}", hang=STAGE)
+            lines = wrapped(f"{stage:<{_STAGE - 1}} {message}", hang=_STAGE)
             say("\n".join(lines), err=self._err)
             self._spoke = time.monotonic()
             self._patience = SILENCE
@@ -184,8 +184,8 @@ class ProgressLines:
             compiling()  # listens from the first look on
             if live is not None:
                 event = self.status()
-                text = f"{event.stage:<{STAGE - 1}} {event.message}"
-                lines = wrapped(text, width=width_now() - 1, hang=STAGE)
+                text = f"{event.stage:<{_STAGE - 1}} {event.message}"
+                lines = wrapped(text, width=width_now() - 1, hang=_STAGE)
                 live.update(Text("\n".join(lines), style="dim"), refresh=True)
             elif time.monotonic() - self._spoke >= self._patience:
                 event = self.status()
@@ -206,7 +206,7 @@ def status_text(steps: Sequence[Step], values: dict[str, float]) -> str:
     share = steps[-1].fraction
     done = "" if share is None else f", {100 * min(max(share, 0.0), 1.0):.0f} %"
     remaining = ""
-    if share is not None and LEAST_SHARE <= share <= 1.0 and values["step_s"] >= LEAST_SECONDS:
+    if share is not None and LEAST_SHARE <= share <= 1.0 and values["step_s"] >= _LEAST_SECONDS:
         remaining = f", {values['step_s'] * (1.0 - share) / share:.0f} s left"
     budget = f" of {clock(values['budget_s'])}" if "budget_s" in values else " in all"
     return (

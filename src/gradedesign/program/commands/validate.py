@@ -57,7 +57,7 @@ def validate(
     as_json: bool,
 ) -> int:
     """Run every chosen case and print the table; 1 if anything deviates."""
-    chosen = case_folders(folders or [Path("cases")], keyword)
+    chosen = _case_folders(folders or [Path("cases")], keyword)
     registry = registry_for(strict_plugins=strict_plugins)
     comparisons: list[Comparison] = []
     with ProgressLines("validate", err=True, events=False) as progress:
@@ -70,7 +70,7 @@ def validate(
             if not as_json:
                 print_text(f"{folder}: {data['status']}; {data['reason']}", hang=2)
             if update and data["status"] != "failed":
-                update_expected(folder / "expected.toml", compared, quiet=as_json)
+                _update_expected(folder / "expected.toml", compared, quiet=as_json)
     if as_json:
         print_json([{k: getattr(c, k) for k in Comparison.__slots__} for c in comparisons])
     else:
@@ -93,7 +93,7 @@ def validate(
     return 0 if all(c.passed for c in comparisons) else DEVIATES
 
 
-def case_folders(folders: Sequence[Path], keyword: str) -> list[Path]:
+def _case_folders(folders: Sequence[Path], keyword: str) -> list[Path]:
     """Folders that hold a case and its expectations, themselves or one level down.
 
     Raises
@@ -224,7 +224,7 @@ def value_at(data: Mapping[str, Any], name: str) -> Any:
     return value
 
 
-def update_expected(path: Path, comparisons: Sequence[Comparison], *, quiet: bool) -> None:
+def _update_expected(path: Path, comparisons: Sequence[Comparison], *, quiet: bool) -> None:
     """Write new values in place of those that earlier runs gave and tell each; comments stay.
 
     A value of another origin, a formula, a paper, another program or a bar, is what a run is

@@ -14,10 +14,10 @@ from gradedesign.geometry.part.reader import PartReader
 _READ = re.compile(r"\.[a-z0-9_-]+")
 _WRITTEN = re.compile(r"(\.[a-z0-9_-]+)+")
 
-Shelf = Mapping[str, tuple[Any, PluginSource]]
+_Shelf = Mapping[str, tuple[Any, PluginSource]]
 
 
-def check_formats(readers: Shelf, exporters: Shelf, outputs: Shelf) -> None:
+def check_formats(readers: _Shelf, exporters: _Shelf, outputs: _Shelf) -> None:
     """Check the suffixes of file formats.
 
     Parameters
@@ -80,7 +80,7 @@ def _check_table(
         )
 
 
-def check_repairers(repairers: Shelf) -> None:
+def check_repairers(repairers: _Shelf) -> None:
     """Refuse repairers with the name of a way of gradedesign's own.
 
     Raises

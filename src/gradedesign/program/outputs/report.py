@@ -77,7 +77,7 @@ _MASSES = (
 )
 
 
-def write_report(run: FinishedRun) -> tuple[str, ...]:
+def _write_report(run: FinishedRun) -> tuple[str, ...]:
     """Write ``report.html``, of the finished result and its pictures."""
 
     def render(path: Path) -> None:
@@ -218,4 +218,4 @@ def _run_words(result: RunResult) -> str:
     return "; ".join(words)
 
 
-REPORT = Output(name="report", write=write_report, last=True)
+REPORT = Output(name="report", write=_write_report, last=True)

@@ -22,7 +22,7 @@ from gradedesign.program.outputs.files import (
 from gradedesign.program.pictures.pictures import picture_lattice
 from gradedesign.program.store.run_folder import RunFolder
 
-SLABS_NAME = "slabs.csv"
+_SLABS_NAME = "slabs.csv"
 
 
 def write_stated(
@@ -33,7 +33,7 @@ def write_stated(
 ) -> RunResult:
     """Write a lattice and its densities, the outputs and result.json; return the result."""
     (out, registry, announce), case, formats = to, stated.case, stated.formats
-    files = {"slabs": SLABS_NAME, "result": RESULT_NAME}
+    files = {"slabs": _SLABS_NAME, "result": RESULT_NAME}
     warnings = list(result.warnings)
     with announce.stage("output"):
         files |= write_lattice_files(out, formats, made.lattice)
@@ -48,7 +48,7 @@ def write_stated(
         if (out.path / "lattice.png").is_file():
             out.adopt("lattice.png")
             files["lattice"] = "lattice.png"
-        out.write_text(SLABS_NAME, slab_table(made.slabs))
+        out.write_text(_SLABS_NAME, _slab_table(made.slabs))
     result = stamped(out, case, result, [file.name for file in formats])
 
     def current() -> RunResult:
@@ -68,7 +68,7 @@ def write_stated(
     return result
 
 
-def slab_table(slabs: Sequence[SlabDensities]) -> str:
+def _slab_table(slabs: Sequence[SlabDensities]) -> str:
     """One line per slab, comma separated, units in the header."""
     lines = [f"axis,from_mm,to_mm,part_mm3,target,field,{slabs[0].measured_on}"]
     for s in slabs:

@@ -14,12 +14,12 @@ from gradedesign.program.pictures.scene import VIEW, Arrow, Lines
 
 Kind = Literal["force", "pressure", "moment", "acceleration", "displacement"]
 #: Colours of load cases, in their order; after the last one they begin again.
-CASE_COLOURS = ("#d62728", "#8e24aa", "#00838f", "#ef6c00", "#2e7d32", "#5d4037", "#c2185b")
+_CASE_COLOURS = ("#d62728", "#8e24aa", "#00838f", "#ef6c00", "#2e7d32", "#5d4037", "#c2185b")
 #: Length of the largest arrow of a kind over the part's diagonal, and of the least over that.
 #: Chosen, not measured.
 LONGEST, SHORTEST = 0.2, 0.35
 #: Arrows of a pressure at most, and how far apart over the diagonal. Chosen, not measured.
-MOST_ARROWS, APART = 9, 0.05
+_MOST_ARROWS, APART = 9, 0.05
 #: Arrows from one point closer than this in direction are moved apart, by a share of the diagonal.
 #: Chosen, not measured.
 _ALIKE, _ASIDE = np.cos(np.radians(25.0)), 0.035
@@ -77,13 +77,13 @@ class DrawnAction:
     colour: str
 
 
-def case_colours(names: Sequence[str]) -> dict[str, str]:
+def _case_colours(names: Sequence[str]) -> dict[str, str]:
     """Colour of every load case, in the order of their first action."""
     unique = dict.fromkeys(names)
-    return {name: CASE_COLOURS[n % len(CASE_COLOURS)] for n, name in enumerate(unique)}
+    return {name: _CASE_COLOURS[n % len(_CASE_COLOURS)] for n, name in enumerate(unique)}
 
 
-def arrow_lengths(actions: Sequence[ActionMark], diagonal: float) -> list[float]:
+def _arrow_lengths(actions: Sequence[ActionMark], diagonal: float) -> list[float]:
     """Lengths in proportion to the sizes within a kind, 35 % of the longest at least, mm."""
     largest: dict[str, float] = {}
     for action in actions:
@@ -96,14 +96,14 @@ def arrow_lengths(actions: Sequence[ActionMark], diagonal: float) -> list[float]
 
 def uses_floor(actions: Sequence[ActionMark]) -> bool:
     """Whether some arrow is longer than its proportion."""
-    lengths = arrow_lengths(actions, 1.0)
+    lengths = _arrow_lengths(actions, 1.0)
     return any(length == LONGEST * SHORTEST for length in lengths)
 
 
 def drawn_actions(actions: Sequence[ActionMark], diagonal: float) -> list[DrawnAction]:
     """Arrows of all actions; those that would cover each other stand side by side."""
-    colours = case_colours([a.load_case for a in actions])
-    lengths = arrow_lengths(actions, diagonal)
+    colours = _case_colours([a.load_case for a in actions])
+    lengths = _arrow_lengths(actions, diagonal)
     before: list[tuple[FloatArray, FloatArray]] = []
     drawn = []
     for action, length in zip(actions, lengths, strict=True):
@@ -173,7 +173,7 @@ def _against(action: ActionMark, length: float, colour: str, apart: float) -> tu
     """Arrows onto a region, or off it where the pressure pulls, spread over it."""
     centre, normal = action.corners.mean(axis=1), unit_normals(action.corners)
     arrows = []
-    for n in spread_points(centre, MOST_ARROWS, apart):
+    for n in spread_points(centre, _MOST_ARROWS, apart):
         step = -np.sign(action.vector[0]) * length * normal[n]
         tail = centre[n] - step if action.vector[0] > 0 else centre[n]
         arrows.append(Arrow(tail=tail, tip=tail + step, colour=colour))

@@ -18,7 +18,7 @@ from gradedesign.program.pictures.scene import (
 )
 
 #: Pixels of a letter, of a label's height, and of the margin around a text. Chosen, not measured.
-LETTER, HEIGHT, MARGIN = 11.5, 34.0, 14.0
+_LETTER, HEIGHT, _MARGIN = 11.5, 34.0, 14.0
 #: Half the pixels that an arrow is thick. Chosen, not measured.
 _THICK = 9.0
 #: Rows and columns that a label may move by to find room. Chosen, not measured.
@@ -67,7 +67,7 @@ def separated(
 def label_box(label: Label, frame: Frame) -> FloatArray:
     """Left and right, bottom and top of a label, ``(2, 2)`` pixels."""
     x, y = _pixels(label.point, frame)
-    return np.array([[x, x + LETTER * len(label.text) + MARGIN], [y, y + HEIGHT]])
+    return np.array([[x, x + _LETTER * len(label.text) + _MARGIN], [y, y + HEIGHT]])
 
 
 def _pixels(point: FloatArray, frame: Frame) -> tuple[float, float]:

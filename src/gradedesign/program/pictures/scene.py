@@ -16,9 +16,9 @@ VIEW = np.array([1.0, -1.35, 0.85])
 SIZE = (1200, 900)
 #: Pixels of a letter of the legend, of a row of it, and to it from the right and the upper edge.
 #: Chosen, not measured.
-LEGEND_LETTER, LEGEND_ROW, LEGEND_RIGHT, LEGEND_TOP = 12, 30, 30, 14
+_LEGEND_LETTER, LEGEND_ROW, _LEGEND_RIGHT, _LEGEND_TOP = 12, 30, 30, 14
 #: Share of the width that a colour bar takes. Chosen, not measured.
-BAR_AREA = 0.14
+_BAR_AREA = 0.14
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -90,8 +90,8 @@ class LegendEntry:
 def legend_box(entries: Sequence[LegendEntry]) -> IntArray:
     """Left and right, bottom and top of a legend, ``(2, 2)`` pixels; its rows run downwards."""
     letters = max((len(entry.text) for entry in entries), default=0)
-    right, top = SIZE[0] - LEGEND_RIGHT, SIZE[1] - LEGEND_TOP
-    left, bottom = right - 40 - LEGEND_LETTER * letters, top - LEGEND_ROW * len(entries)
+    right, top = SIZE[0] - _LEGEND_RIGHT, SIZE[1] - _LEGEND_TOP
+    left, bottom = right - 40 - _LEGEND_LETTER * letters, top - LEGEND_ROW * len(entries)
     return np.array([[left, right], [bottom, top]])
 
 
@@ -159,7 +159,7 @@ def frame_of(scene: Scene) -> Frame:
     up = np.cross(back, right)
     corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1)
     wide, tall = np.ptp(right @ corners), np.ptp(up @ corners)
-    area = 1.0 - (BAR_AREA if scene.bar else 0.0)
+    area = 1.0 - (_BAR_AREA if scene.bar else 0.0)
     height = max(tall / 0.76, wide / (0.9 * area * SIZE[0] / SIZE[1]))
     middle = 0.5 * (low + high) + right * (height * SIZE[0] / SIZE[1]) * 0.5 * (1 - area)
     return Frame(right=right, up=up, back=back, middle=middle, height=float(height))

@@ -47,7 +47,7 @@ def stored_sizing(
     start, max_iterations, keep, on_step
         As for `size`.
     """
-    key = sizing_key(case, cell, problem, start, max_iterations, keep)
+    key = _sizing_key(case, cell, problem, start, max_iterations, keep)
     stored = load_arrays(KIND, key)
     if stored is not None:
         result = _unpacked(problem, stored)
@@ -60,7 +60,7 @@ def stored_sizing(
     return result
 
 
-def sizing_key(
+def _sizing_key(
     case: Case,
     cell: Cell,
     problem: SizingProblem,
