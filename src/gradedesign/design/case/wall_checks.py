@@ -1,4 +1,4 @@
-"""Walls that the printer of a case cannot make."""
+"""Walls that the printer of a case cannot make, and what opens the outer triangles it keeps."""
 
 from __future__ import annotations
 
@@ -68,4 +68,23 @@ def wall_problems(lattice: LatticeSpec, spec: PrintSpec | None) -> Iterator[Prob
             key=("lattice", "wall"),
             message=f"found {wall:g} mm, thinner than the min_wall of {least:g} mm; "
             f"expected at least that",
+        )
+
+
+def outer_problems(lattice: LatticeSpec, spec: PrintSpec | None) -> Iterator[Problem]:
+    """Find keys that would open the triangles that ``[print] outer = "cad"`` keeps."""
+    if spec is None or spec.outer != "cad":
+        return
+    key = ("print", "outer")
+    if not any(not skin.net and not skin.faces for skin in lattice.skin):
+        yield Problem(
+            key=key,
+            message='found "cad", which needs a skin all round: elsewhere the lattice ends at the '
+            'triangles of the part and divides them; add e.g. skin = "1 mm" to [lattice], or "cut"',
+        )
+    if lattice.drain is not None:
+        yield Problem(
+            key=key,
+            message='found "cad" with [lattice.drain]: holes cut the triangles of the part; leave '
+            'one out, drill the holes later, or expected "cut"',
         )
