@@ -1,10 +1,11 @@
 """Processor time that the first run on a machine spends in compiling kernels, kernel by kernel.
 
-Run ``python benchmarks/bench_first_run.py [FOLDER_OF_A_CASE [ROWS]]``. The case runs here with
+Run ``python benchmarks/bench_first_run.py [FOLDER_OF_A_CASE [ROWS [beside]]]``. The case runs here,
 numba's cache in an empty folder, and numba's own events say what is compiled. A kernel that
 another calls is compiled within its caller: its seconds are counted once, as its own; what numba
 brings itself, such as that which assigns arrays, counts for the kernel that needs it first.
-Processor time, since others on the machine change wall times.
+Processor time, since others on the machine change wall times. With ``beside`` the process that
+compiles ahead may run, whose kernels then are in no table.
 """
 
 from __future__ import annotations
@@ -75,10 +76,14 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as scratch:
         os.environ["NUMBA_CACHE_DIR"] = f"{scratch}/numba"
         os.environ["XDG_CACHE_HOME"] = f"{scratch}/cache"
+        # The environment first.
         from numba.core import event
 
-        from gradedesign.program.commands import main as gradedesign  # the environment first
+        from gradedesign.program.commands import compiled_ahead
+        from gradedesign.program.commands import main as gradedesign
 
+        if "beside" not in sys.argv:
+            compiled_ahead.usable_cores = lambda: 1
         compilations = Compilations()
         event.Listener.register(Compilations)
         event.register("numba:compile", compilations)

@@ -225,7 +225,7 @@ def test_every_long_command_shows_progress():
     """Those that compute, beside `run` and `check`, which are tried above."""
     folder = Path(progress_lines.__file__).parent
     for name in ("run", "check", "check_stated", "validate"):
-        assert "with ProgressLines(" in (folder / f"{name}.py").read_text(encoding="utf-8"), name
+        assert "ProgressLines(" in (folder / f"{name}.py").read_text(encoding="utf-8"), name
 
 
 @pytest.mark.parametrize(

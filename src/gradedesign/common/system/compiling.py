@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,12 +25,25 @@ class _Compilations:
     listening: bool = False
     depth: int = 0
     began: float = 0.0
+    first: Callable[[], None] | None = None
 
     def notify(self, event: Any) -> None:
         """Count compilations under way: those of called kernels lie in that of their caller."""
         if event.is_start and self.depth == 0:
             self.began = time.monotonic()
+            if self.first is not None:
+                first, self.first = self.first, None
+                first()
         self.depth = max(self.depth + (1 if event.is_start else -1), 0)
+
+    def listen(self) -> None:
+        """Register with numba, once something has imported it."""
+        # Numba has this name once the module of its events is whole.
+        if not self.listening and hasattr(sys.modules.get("numba"), "njit"):
+            events: Any = sys.modules["numba.core.event"]
+            events.Listener.register(_Compilations)
+            events.register("numba:compile", self)
+            self.listening = True
 
 
 _COMPILATIONS = _Compilations()
@@ -40,12 +55,18 @@ def compiling() -> Step | None:
     To be called now and then from the beginning on: it listens once something has imported numba,
     which it does not import itself.
     """
-    # Numba has this name once the module of its events is whole.
-    if not _COMPILATIONS.listening and hasattr(sys.modules.get("numba"), "njit"):
-        events: Any = sys.modules["numba.core.event"]
-        events.Listener.register(_Compilations)
-        events.register("numba:compile", _COMPILATIONS)
-        _COMPILATIONS.listening = True
+    _COMPILATIONS.listen()
     if _COMPILATIONS.depth == 0:
         return None
     return Step(text=WORDS, fraction=None, began=_COMPILATIONS.began)
+
+
+@contextmanager
+def when_compiling(first: Callable[[], None]) -> Iterator[None]:
+    """Call a function when the first compilation within the block begins."""
+    _COMPILATIONS.listen()
+    _COMPILATIONS.first = first
+    try:
+        yield
+    finally:
+        _COMPILATIONS.first = None

@@ -12,6 +12,7 @@ from gradedesign.design.verdict.result import RunResult, as_json
 from gradedesign.design.verdict.scope_words import scope_words, symmetry_words
 from gradedesign.errors import UNMET
 from gradedesign.pipeline import run as run_case
+from gradedesign.program.commands.compiled_ahead import compiling_ahead
 from gradedesign.program.commands.plugins import registry_for
 from gradedesign.program.commands.progress_lines import ProgressLines
 from gradedesign.program.commands.show import (
@@ -49,7 +50,8 @@ def run(
     case = load_case(path, allow_outside=allow_outside, registry=registry)
     folder = default_folder(case) if output is None else output
     on_loaded()
-    with ProgressLines(budget_s=case.run.time, err=as_json, events=not as_json) as progress:
+    lines = ProgressLines(budget_s=case.run.time, err=as_json, events=not as_json)
+    with lines as progress, compiling_ahead():
         result = run_case(
             case,
             registry,
