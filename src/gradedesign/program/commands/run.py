@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 
 import typer
@@ -51,7 +52,8 @@ def run(
     folder = default_folder(case) if output is None else output
     on_loaded()
     lines = ProgressLines(budget_s=case.run.time, err=as_json, events=not as_json)
-    with lines as progress, compiling_ahead():
+    # A stated lattice is not analysed.
+    with lines as progress, nullcontext() if case.lattice.stated else compiling_ahead():
         result = run_case(
             case,
             registry,
