@@ -42,7 +42,6 @@ class Lesson:
         Every limit by the explicit analysis, or by its prediction where that measures nothing.
     explicit : dict of LimitKey to float
         Of the limits that it measures.
-    discrepancy : Discrepancy
     correction : Correction
         For the next iteration.
     """

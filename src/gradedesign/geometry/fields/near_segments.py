@@ -65,7 +65,6 @@ def near_segments(segments: FloatArray, reach: float, *, bins: int = BINS) -> Ne
     segments : (m, 2, 3) array, cell units
         Both ends; one of each set of copies.
     reach : float, cell units
-    bins : int
 
     Raises
     ------

@@ -105,7 +105,6 @@ def label_pieces(
     Parameters
     ----------
     tets : (4, m) int array
-    point_count : int
 
     Returns
     -------

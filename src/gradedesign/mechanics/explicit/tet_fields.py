@@ -33,13 +33,10 @@ class TetFields:
 
     Attributes
     ----------
-    space : TetSpace
-    material : Material
     solutions : dict of load case to Solution
     thermal_strain : dict of load case to float
     facets : dict of region to (k, 3) int array
     work : dict of load case to float, N mm
-    division : Discretisation
     """
 
     space: TetSpace

@@ -21,7 +21,6 @@ def number_edges(
     Parameters
     ----------
     tets : (4, m) int32 array
-    n_points : int
 
     Returns
     -------

@@ -48,7 +48,6 @@ class AssemblyPattern:
 
     Attributes
     ----------
-    space : TetSpace
     row : (n + 1,) int32 array
         First block of every node's row.
     column : (n_blocks,) int32 array
@@ -90,11 +89,6 @@ def assembly_pattern(space: TetSpace) -> AssemblyPattern:
 
 def assemble(pattern: AssemblyPattern, stiffness: Stiffness) -> bsr_matrix:
     """Assemble the stiffness matrix, without supports.
-
-    Parameters
-    ----------
-    pattern : AssemblyPattern
-    stiffness : Stiffness
 
     Returns
     -------
@@ -151,8 +145,6 @@ def strain_energy_per_element(
 
     Parameters
     ----------
-    space : TetSpace
-    stiffness : Stiffness
     u, v : (3, n) array, mm
         Displacements; `v` is `u` if not given.
 

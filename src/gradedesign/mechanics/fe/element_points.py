@@ -54,7 +54,6 @@ def shape_derivatives(order: int, at: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    order : int
     at : (n, 4) array
         Barycentric coordinates.
 
@@ -85,7 +84,6 @@ def values_at(space: TetSpace, field: ScalarField, at: Where = "gauss") -> Float
 
     Parameters
     ----------
-    space : TetSpace
     field : float, (M,) or (M, 4) array, or callable
     at : {"gauss", "vertices"}
         Where a function is evaluated; arrays are taken as they are.
@@ -121,7 +119,6 @@ def interpolate(
 
     Parameters
     ----------
-    space : TetSpace
     field : (..., N) array
         At the nodes of the space, such as displacement ``(3, N)`` in mm.
     tets : (n,) int array

@@ -47,7 +47,6 @@ def traction_force(space: TetSpace, facets: ArrayLike, traction: Traction) -> Fl
 
     Parameters
     ----------
-    space : TetSpace
     facets : (k, 3) int array
         Vertex indices.
     traction : (3,) or (3, k) array, MPa, or callable
@@ -82,7 +81,6 @@ def pressure_force(space: TetSpace, facets: ArrayLike, pressure: ArrayLike) -> F
 
     Parameters
     ----------
-    space : TetSpace
     facets : (k, 3) int array
         Vertex indices of boundary facets, in any order.
     pressure : float or (k,) array, MPa
@@ -116,7 +114,6 @@ def resultant_load(
 
     Parameters
     ----------
-    space : TetSpace
     facets : (k, 3) int array
         Vertex indices.
     force : (3,) array, N
@@ -168,7 +165,6 @@ def body_force(space: TetSpace, density: ArrayLike, acceleration: ArrayLike) -> 
 
     Parameters
     ----------
-    space : TetSpace
     density : float or (M,) array, t/mm^3
     acceleration : (3,) array, mm/s^2
         The acceleration that pulls: gravity is ``(0, 0, -9810)``.
@@ -202,8 +198,6 @@ def thermal_force(
 
     Parameters
     ----------
-    space : TetSpace
-    stiffness : Stiffness
     expansion : float, 1/K
     temperature_change : float, (M,) or (M, 4) array, or callable, K
         A function is evaluated at the Gauss points, exact for a linear field; for a

@@ -41,8 +41,6 @@ def element_stress(
 
     Parameters
     ----------
-    space : TetSpace
-    stiffness : Stiffness
     displacement : (3, N) array, mm
     thermal_strain : float, (M,) or (M, 4) array, or callable
         Free strain of the material, alpha times temperature change, equal in all directions.
@@ -98,7 +96,6 @@ def nodal_average(
 
     Parameters
     ----------
-    space : TetSpace
     values : (..., M, 4) or (..., M, 10) array
         At the vertices of every element, as from ``element_stress(..., at="vertices")``, or at all
         nodes of quadratic ones.

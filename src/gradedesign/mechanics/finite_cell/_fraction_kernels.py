@@ -78,7 +78,6 @@ def solid_fractions(
         Range of elements.
     samples : (n, s+1, s+1, s+1) array
         Field at the corners of the sub-cells, [element, z, y, x]; `blocks` divides s.
-    blocks : int
     share : (n, blocks^3) array
         Written: volume over that of the element.
     centre : (n, blocks^3, 3) array

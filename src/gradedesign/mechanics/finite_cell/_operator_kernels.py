@@ -26,7 +26,6 @@ def add_product(
 
     Parameters
     ----------
-    low, high : int
     nodes : (n, 27) int32 array
     size : (n,) int8 array
         Edge of each element over that of the grid: its stiffness grows with it.
@@ -178,7 +177,6 @@ def add_dense(low: int, high: int, nodes: Any, which: Any, blocks: Any, u: Any, 
 
     Parameters
     ----------
-    low, high : int
     nodes : (n, 27) int32 array
     which : (k,) int array
         Elements.

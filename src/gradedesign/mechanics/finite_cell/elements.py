@@ -169,7 +169,6 @@ def cut_elements(field: Field, grid: Grid, *, bodies: int = 1) -> Elements:
     ----------
     field : callable
         Points ``(3, ...)`` in mm to values ``(...)``, negative inside.
-    grid : Grid
     bodies : int
         Connected components to keep, the largest first.
 

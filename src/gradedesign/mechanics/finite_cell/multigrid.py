@@ -75,13 +75,11 @@ class Preconditioner:
     keep : (N, 3) float32 array
     inverse : (N, 3, 3) float32 array
         Inverted diagonal blocks; zero for fixed components and weak nodes.
-    patches : Patches or None
     largest : float
         Largest eigenvalue of the smoother times the operator.
     prolong, restrict : BlockRows
         From the linear level and to it.
     coarse_keep : (3 n,) float32 array
-    coarse : Hierarchy
     """
 
     operator: Operator
@@ -102,12 +100,10 @@ def build_preconditioner(
 
     Parameters
     ----------
-    elements : Elements
     space : BrickSpace
         Of order 2.
     stiffness : Operator
         In double precision.
-    softness : float
     fixed : (N, 3) bool array
         Hanging nodes among them.
 

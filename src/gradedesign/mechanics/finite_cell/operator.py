@@ -55,8 +55,6 @@ class Operator:
         whole and of cut elements. The weights are those of the elements, in double precision.
     lame : (2,) array, N mm
         Lame's constants times the volume of a brick of the grid.
-    springs : Springs or None
-    hanging : Hanging or None
     """
 
     nodes: NDArray[np.int32]
@@ -84,13 +82,11 @@ def operator(
 
     Parameters
     ----------
-    elements : Elements
     space : BrickSpace
         Of order 2.
     lame : (float, float), MPa
     softness : float
         Stiffness of the void in cut elements over that of the solid.
-    springs : Springs, optional
     """
     edges = elements.grid.edges
     groups = []

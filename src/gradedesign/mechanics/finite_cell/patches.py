@@ -98,13 +98,10 @@ def build_patches(
 
     Parameters
     ----------
-    elements : Elements
-    space : BrickSpace
     free : FreeNodes
         Of all elements.
     stiffness : Operator
         In double precision.
-    softness : float
     keep : (N, 3) float32 array
     """
     weak = _weak_nodes(elements, space, free, stiffness)

@@ -39,11 +39,8 @@ def recovered_stress(
 
     Parameters
     ----------
-    elements : Elements
-    space : BrickSpace
     u : (N, 3) array, mm
     lame : (float, float), MPa
-    at : SolidPoints
     thermal_strain : float
         Free expansion, subtracted from the strain.
 

@@ -47,7 +47,6 @@ class SolidParts:
 
     Attributes
     ----------
-    elements : Elements
     number : (m,) int array
         Sub-cell of all elements, those of one element one after another.
     """
@@ -61,7 +60,6 @@ def solid_parts(elements: Elements, most: int | None = None) -> SolidParts:
 
     Parameters
     ----------
-    elements : Elements
     most : int, optional
         Take evenly spaced ones, so many at most.
     """

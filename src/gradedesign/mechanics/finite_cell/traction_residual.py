@@ -45,14 +45,7 @@ def free_components(
     places: ResidualPlaces,
     acting: Sequence[Carried],
 ) -> BoolArray:
-    """Components of the traction that vanish at the places on the surface, ``(3, m)``.
-
-    Parameters
-    ----------
-    elements : Elements
-    places : ResidualPlaces
-    acting : sequence of Carried
-    """
+    """Components of the traction that vanish at the places on the surface, ``(3, m)``."""
     free = np.ones(places.free.reference.shape, dtype=bool)
     for region, carried in acting:
         on = nearest_on(elements, places, region) >= 0
@@ -143,11 +136,8 @@ def traction_residual(
 
     Parameters
     ----------
-    elements : Elements
-    space : BrickSpace
     u : (N, 3) array, mm
     lame : (float, float), MPa
-    places : ResidualPlaces
     free : (3, m) bool array
         See `free_components`.
 
@@ -186,7 +176,6 @@ def goal_residual(
     solution, dual : Imbalance
         The dual is what forces equal to the derivative of the value by the displacements cause.
     lame : (float, float), MPa
-    places : ResidualPlaces
     free : (3, m) bool array
         Where neither of them carries a traction, see `free_components`.
 

@@ -160,7 +160,6 @@ def stiffness_product(
 
     Parameters
     ----------
-    low, high : int
     u : (3, nx, ny, nz) array
         Displacement of the nodes, periodic.
     fill : (nx, ny, nz) array

@@ -35,7 +35,6 @@ class VoxelOperator:
     ----------
     fill : (nx, ny, nz) array
         Young's modulus of each voxel relative to the base material, 0 to 1.
-    poissons_ratio : float
     first, runs : int arrays
         Runs of solid voxels, see the kernel.
     seam : (slabs, 3, ny, nz) array
@@ -100,7 +99,6 @@ def voxel_operator(fill: FloatArray, poissons_ratio: float) -> VoxelOperator:
     ----------
     fill : (nx, ny, nz) array
         0 (void, no stiffness at all) to 1.
-    poissons_ratio : float
 
     Raises
     ------
@@ -141,7 +139,6 @@ def homogeneous_inverse(shape: tuple[int, int, int], poissons_ratio: float) -> N
     Parameters
     ----------
     shape : (int, int, int)
-    poissons_ratio : float
 
     Returns
     -------

@@ -56,7 +56,6 @@ class PeriodicSolution:
         Periodic part of the nodal displacement in each case, in voxel edges.
     fill : (nx, ny, nz) array
         The analysed grid, without the islands.
-    poissons_ratio : float
     iterations : (6,) array
         Zero for a case that follows from another by the symmetry of the grid.
     residual : (6,) array
@@ -87,7 +86,6 @@ def solve_periodic(
     ----------
     fill : (nx, ny, nz) array
         Young's modulus of each cubic voxel relative to the base material, 0 to 1.
-    poissons_ratio : float
     rtol : float
         Norm of the residual force over that of the load.
     use_symmetry : bool

@@ -54,7 +54,6 @@ class Strength:
         macroscopic von Mises stress.
     hydrostatic : float
         The same per unit hydrostatic stress, which has no von Mises stress of its own.
-    percentile : float
     """
 
     strength: float
@@ -109,9 +108,7 @@ def stress_factors(
 
     Parameters
     ----------
-    local : LocalStress
     macro : (6, k) array
-    percentile : float
 
     Returns
     -------
@@ -135,7 +132,6 @@ def stress_distribution(
 
     Parameters
     ----------
-    local : LocalStress
     macro : (6, k) array
     percent : (t,) array
     percentile : float

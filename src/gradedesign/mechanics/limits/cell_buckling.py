@@ -27,12 +27,7 @@ WAVES = ("waves of one or two cells", "waves of many cells")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BucklingLimit(Limit):
-    """Acting over critical stress, at most one over the required factor.
-
-    Attributes
-    ----------
-    law : LawField
-    """
+    """Acting over critical stress, at most one over the required factor."""
 
     law: LawField
 

@@ -174,7 +174,6 @@ def governing_places(
     displacement : (3, N) array, mm
     nodes : (k,) int array
         Of the region.
-    component : int or None
     points : (3, N) array, mm
     before : sequence of int
         Nodes that governed earlier designs; those that move little now are dropped.

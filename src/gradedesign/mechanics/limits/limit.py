@@ -34,7 +34,6 @@ class Limit(ABC):
 
     Attributes
     ----------
-    key : LimitKey
     name : str
         Of its row, such as ``"displacement of tip magnitude"``.
     allowed : float
@@ -92,7 +91,6 @@ class Limit(ABC):
 
         Parameters
         ----------
-        state : HomogenisedState
         memory : tuple of int
             Memory that the last call of this sizing returned; empty at first.
         """
@@ -187,8 +185,6 @@ class PlacedModel:
         Names file and line of a key of the case, for messages.
     load_cases : tuple of LoadCaseSpec
         As the case states them.
-    material : Material
-    law : LawField
     evaluated : (M,) bool array
         Tetrahedra outside the exclusion radius around clamped regions.
     lattice_volumes : (M,) array, mm^3
@@ -218,7 +214,6 @@ class StatedLimit:
 
     Attributes
     ----------
-    name : str
     load_case : str
         ``"every"`` for one on the largest value over all load cases.
     allowed : str

@@ -102,7 +102,6 @@ class Response:
     ----------
     name : str
         For progress and messages.
-    load_case : str
     value : float
         In the unit of the limit, corrections included.
     by_displacement : (3, N) array

@@ -25,7 +25,6 @@ class LawField:
 
     Attributes
     ----------
-    laws : tuple of ScalingLaw
     weights : (n, M) array or None
         Of every law, together 1; None: there is one law, which holds everywhere.
     stiffness_factor, strength_factor : (M,) array or None

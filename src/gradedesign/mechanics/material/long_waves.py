@@ -46,7 +46,6 @@ def long_wave_use(
 
     Parameters
     ----------
-    law : ScalingLaw
     stress : (6, n) array
         Macroscopic Voigt stress in the cell's axes over the base material's Young's modulus.
     rho : (n,) array

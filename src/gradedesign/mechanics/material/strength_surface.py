@@ -94,8 +94,6 @@ def symmetric_powers(
     ----------
     forms : (k, 6, 6) array
     stress : (6, ...) array
-    exponent : int
-    symmetry : str
 
     Returns
     -------

@@ -37,7 +37,6 @@ def lowered(
 
     Parameters
     ----------
-    problem : SizingProblem
     x : (n,) array
         Design variables that hold every limit.
     step : SizingStep

@@ -72,7 +72,6 @@ def size(
 
     Parameters
     ----------
-    problem : SizingProblem
     start : (n,) array, optional
         Design variables to begin from; the middle of the bounds by default.
     max_iterations : int
@@ -218,7 +217,6 @@ class _Analysed:
 
     Attributes
     ----------
-    state : SolvedState
     utilisations : tuple of float
         Of every limit.
     governing : (k,) array

@@ -35,7 +35,6 @@ class SolvedState:
 
     Attributes
     ----------
-    model : HomogenisedModel
     rho : (M,) array
     solutions : dict of load case to Solution
     stress : dict of load case to LatticeStress

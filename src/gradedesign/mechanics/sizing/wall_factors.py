@@ -134,7 +134,6 @@ class WallFactors:
     ----------
     density : (k,) array
         Increasing; the ratios are linear between them.
-    classes : tuple of WallClass
     kind : (3, M) int array
         Class of the wall across each axis of the cells; -1 where there is none.
     height : (3, q, M) array

@@ -42,7 +42,6 @@ def multiply(
         3 by c or 6 by c; one by one blocks act on all three components of a node alike.
     x, y : (n,) or (k, n) arrays of the type of `blocks`
     keep : (n,) array of the type of `blocks`
-    add : float
     """
     if x.ndim == 1:
         x, y = x[None], y[None]
