@@ -69,11 +69,11 @@ def compare(surface):
             lambda: igl.signed_distance(rows, vertices, faces, sign_type=signed)[0],
         ),
         "winding numbers": (
-            lambda: winding_numbers(corners, few),
+            lambda: winding_numbers(corners, few.T),
             lambda: igl.winding_number(vertices, faces, few),
         ),
         "the same, libigl's fast ones": (
-            lambda: winding_numbers(corners, few),
+            lambda: winding_numbers(corners, few.T),
             lambda: igl.fast_winding_number(vertices, faces, few),
         ),
     }

@@ -182,6 +182,31 @@ def test_elasticity_knows_no_case_file():
         )
 
 
+def kernels_with(*arguments):
+    """Files that hold a compiled function with all these arguments."""
+    return {
+        path.stem
+        for path in MODULES
+        for node in ast.walk(parsed(path))
+        if isinstance(node, ast.FunctionDef)
+        and set(arguments) <= {argument.arg for argument in node.args.args}
+    }
+
+
+def test_triangles_are_looked_for_by_one_tree_and_one_grid_classifier():
+    """Nodes of a tree, and lists of triangles by place, are known to these kernels only."""
+    assert kernels_with("right", "first", "count") == {
+        "_tree_kernels", "_closest_kernels", "_ray_kernels", "_winding_kernels",
+        "_crossing_kernels", "_contact_kernels",
+    }  # fmt: skip
+    assert kernels_with("corners", "first", "member") == {"_grid_kernels"}
+    doors = {"closest", "winding", "grid_classifier"}
+    kernels = ("tree", "ray", "winding", "grid")
+    names = tuple(f"triangles._{kernel}_kernels" for kernel in kernels)
+    users = {p.stem for p in MODULES if any(n.endswith(names) for n in imports(p))}
+    assert {u for u in users if not u.endswith("_kernels")} == doors
+
+
 @pytest.mark.parametrize("library", HEAVY)
 def test_heavy_libraries_have_their_place(library):
     for path in MODULES:

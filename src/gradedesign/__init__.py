@@ -48,11 +48,7 @@ if TYPE_CHECKING:
     from gradedesign.geometry.part.signed_distance import SurfaceDistance
     from gradedesign.geometry.tets.mesher import Mesher, serve_mesher
     from gradedesign.geometry.triangles._closest_kernels import nearest_on_triangle
-    from gradedesign.geometry.triangles.distance_grid import (
-        DistanceBricks,
-        distance_bricks,
-        distance_grid,
-    )
+    from gradedesign.geometry.triangles.distance_grid import distance_grid
     from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
     from gradedesign.mechanics.explicit.analysis import (
         AnalysisEstimate,
@@ -112,7 +108,6 @@ __all__ = [
     "Command",
     "DensityError",
     "Discretisation",
-    "DistanceBricks",
     "EigenProblem",
     "EigenSolver",
     "ExactSurface",
@@ -181,7 +176,6 @@ __all__ = [
     "cubic_law",
     "cubic_table_law",
     "depths_of",
-    "distance_bricks",
     "distance_grid",
     "float32_vertices",
     "hookimpl",
@@ -242,7 +236,7 @@ _HOMES = {
     "mechanics.material.shipped_tables": "shipped_laws",
     "mechanics.material.tabulated_law": "tabulated_law",
     "geometry.triangles._closest_kernels": "nearest_on_triangle",
-    "geometry.triangles.distance_grid": "DistanceBricks distance_bricks distance_grid",
+    "geometry.triangles.distance_grid": "distance_grid",
     "geometry.tets.mesher": "Mesher serve_mesher",
     "geometry.triangles.surface_mesh": "SurfaceMesh",
     "program.outputs.analysed_model": "AnalysedModel ModelStep",

@@ -36,9 +36,6 @@ def test_the_slope_is_at_most_one_and_signs_are_those_of_the_winding_number(shap
         ends = np.maximum(np.abs(found), np.roll(np.abs(found), -1, axis=axis))
         known = np.delete(ends, -1, axis=axis) < 3 * SPACING
         assert step[known].max() <= SPACING * (1 + 1e-5)
-        assert (
-            step.max() <= SPACING * 2.5
-        )  # swept beyond the band, off by about one spacing at most
     points = grid_points(LOWER, (0, 0, 0), (N, N, N), SPACING).reshape(3, -1)
     winding = igl.winding_number(*shape, points.T.copy()).reshape(found.shape)
     assert np.array_equal(found < 0, winding > 0.5)
@@ -60,8 +57,6 @@ def test_distances_move_with_the_shape(shape, axes, turn, shift):
     # The grid is the same from both ends: -1.84 + 23 * 0.16 = 1.84.
     there = distances(moved + shift, turned, LOWER + shift)
     expected = here.transpose(axes)[tuple(slice(None, None, int(t)) for t in turn)]
-    near = np.abs(expected) < 3 * SPACING - 1e-4
-    np.testing.assert_allclose(there[near], expected[near], atol=1e-5)
+    np.testing.assert_allclose(np.abs(there), np.abs(expected), atol=1e-5)
     clear = np.abs(expected) > 1e-4
     assert np.array_equal(there[clear] < 0, expected[clear] < 0)
-    assert np.abs(there - expected).max() < 1.5 * SPACING

@@ -4,8 +4,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gradedesign.geometry.part.box import box_surface
-from gradedesign.geometry.part.chords import chords
-from gradedesign.geometry.triangles.surface_mesh import corner_points
+from gradedesign.geometry.part.thickness import chords
 
 AXES = Rotation.from_euler("XYZ", (20, -35, 50), degrees=True).as_matrix()
 
@@ -16,11 +15,11 @@ def test_chords_of_a_box_follow_from_its_faces():
     # Beside random places, some over the diagonals and edges of the faces' triangles.
     points = np.hstack([rng.uniform(0.05, 0.95, (3, 200)), np.full((3, 1), 0.5)])
     points = points * size[:, None]
-    back, ahead = chords(corner_points(box_surface(tuple(size))), points, np.eye(3))
+    back, ahead = chords(box_surface(tuple(size)), points, np.eye(3))
     np.testing.assert_allclose(back, points, atol=1e-12)
     np.testing.assert_allclose(ahead, size[:, None] - points, atol=1e-12)
     # Along other directions: the first of the six planes.
-    back, ahead = chords(corner_points(box_surface(tuple(size))), points, AXES)
+    back, ahead = chords(box_surface(tuple(size)), points, AXES)
     for k in range(3):
         d = AXES[:, k][:, None]
         planes = np.where(d > 0, (size[:, None] - points) / d, -points / d)
@@ -30,5 +29,5 @@ def test_chords_of_a_box_follow_from_its_faces():
 
 
 def test_chords_end_nowhere_outside():
-    back, ahead = chords(corner_points(box_surface((1, 1, 1))), np.array([[2.0]] * 3), np.eye(3))
+    back, ahead = chords(box_surface((1, 1, 1)), np.array([[2.0]] * 3), np.eye(3))
     assert np.isinf([back, ahead]).all()

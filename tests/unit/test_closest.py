@@ -10,6 +10,7 @@ from gradedesign.geometry.triangles.closest import (
     build_triangle_tree,
     closest_features,
     closest_triangles,
+    ray_lengths,
 )
 
 
@@ -117,3 +118,42 @@ def test_no_points_give_no_answers():
     )
     assert distance.shape == triangle.shape == (0,)
     assert closest.shape == (3, 0)
+
+
+def plain_lengths(corners, origin, direction, way):
+    """Lengths of a ray to all triangles, one linear system each."""
+    for a, b, c in corners:
+        matrix = np.stack([b - a, c - a, -direction], axis=1)
+        if abs(np.linalg.det(matrix)) < 1e-12:
+            continue
+        v, w, length = np.linalg.solve(matrix, origin - a)
+        out = direction @ np.cross(b - a, c - a)
+        if min(v, w, length, 1 - v - w) >= 0 and (way == 0 or out * way > 0):
+            yield length
+
+
+@pytest.mark.parametrize("way", [1, -1, 0])
+def test_rays_end_at_the_first_of_all_triangles(way):
+    rng = np.random.default_rng(15)
+    corners = rng.normal(size=(150, 1, 3)) * 3 + rng.normal(size=(150, 3, 3))
+    corners[::10, 2] = corners[::10, 1]  # no area
+    origins, directions = rng.normal(size=(3, 300)), rng.normal(size=(3, 300))
+    directions[:, ::3] = np.eye(3)[:, rng.integers(0, 3, 100)] * rng.choice([-1, 1], 100)
+    directions /= np.linalg.norm(directions, axis=0)
+    found = ray_lengths(build_triangle_tree(corners), origins, directions, way)
+    rays = zip(origins.T, directions.T, strict=True)
+    plain = [min(plain_lengths(corners, o, d, way), default=np.inf) for o, d in rays]
+    np.testing.assert_allclose(found, plain, rtol=1e-9)
+    assert 50 < np.count_nonzero(np.isfinite(found)) < 290
+
+
+def test_rays_through_corners_and_edges_meet_the_surface():
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    a, b, _ = np.moveaxis(ball.triangles, 1, 0)
+    ends = np.concatenate([a, 0.5 * (a + b)]).T
+    found = ray_lengths(
+        build_triangle_tree(ball.triangles),
+        np.zeros_like(ends),
+        ends / np.linalg.norm(ends, axis=0),
+    )
+    np.testing.assert_allclose(found, np.linalg.norm(ends, axis=0), rtol=1e-12)

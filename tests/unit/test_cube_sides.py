@@ -9,9 +9,6 @@ from gradedesign.geometry.contour._side_kernels import (
     BEYOND,
     DEEP,
     NEAR,
-    UNKNOWN,
-    mark_near,
-    meets_box,
     take_out_edges,
 )
 from gradedesign.geometry.contour.surface import extract_surface
@@ -21,7 +18,9 @@ from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field, uncut_field
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.signed_distance import surface_distance
+from gradedesign.geometry.triangles._grid_kernels import meets_box
 from gradedesign.geometry.triangles._surface_mesh_kernels import corners_of_box
+from gradedesign.geometry.triangles.grid_classifier import mark_near
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
 
 
@@ -60,8 +59,8 @@ def test_near_cubes_are_those_of_a_loop_over_all_cubes():
     """Triangles of any size, some of them partly or wholly beyond the grid."""
     rng = np.random.default_rng(52)
     corners = rng.uniform(-2.0, 11.0, size=(12, 1, 3)) + rng.normal(size=(12, 3, 3))
-    sides = np.full((9, 8, 7), UNKNOWN, dtype=np.uint8)
-    mark_near(corners, 0.1, sides)
+    sides = np.full((9, 8, 7), BEYOND, dtype=np.uint8)
+    mark_near(corners, 0.1, NEAR, sides)
     expected = np.zeros(sides.shape, dtype=bool)
     for place in np.ndindex(sides.shape):
         low = np.array(place) - 0.1
@@ -84,7 +83,7 @@ def test_sides_are_those_of_the_distance():
     part = hollow_ball()
     distance = surface_distance(part)
     origin, shape, h = np.full(3, -10.2), (52, 51, 53), 0.4
-    sides = cube_sides(part, distance, origin, shape, h)
+    sides = cube_sides(part, origin, shape, h)
     assert sides.shape == (51, 50, 52)
     centres = origin[:, None, None, None] + h * (np.indices(sides.shape) + 0.5)
     value = distance(centres)
@@ -157,7 +156,7 @@ def test_what_lies_beyond_the_part_changes_nothing(monkeypatch):
     found = trim.trimmed_surface(design(domain), part, 0.4)
     cuts = []
 
-    def all_near(part, distance, origin, shape, h):
+    def all_near(part, origin, shape, h):
         cuts.append(shape)
         return np.full([n - 1 for n in shape], NEAR, dtype=np.uint8)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import LatticeError
-from gradedesign.geometry.contour.islands import largest_components, remove_islands, winding
+from gradedesign.geometry.contour.islands import largest_components, remove_islands
 from gradedesign.geometry.contour.surface import extract_surface
 from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
 from gradedesign.geometry.triangles.surface_mesh import (
@@ -74,13 +74,6 @@ def test_inside_out_surface_is_refused():
     flipped = SurfaceMesh(vertices=surface.vertices, faces=surface.faces[:, ::-1])
     with pytest.raises(LatticeError, match="encloses no solid"):
         remove_islands(flipped)
-
-
-def test_winding_number_of_a_closed_surface():
-    corners = surface_of(((0, 0, 0), 1.0, None))
-    corners = corners.vertices[corners.faces]
-    assert winding(corners, np.array([0.3, -0.4, 0.2])) == pytest.approx(1.0, abs=1e-9)
-    assert winding(corners, np.array([1.3, -0.4, 0.2])) == pytest.approx(0.0, abs=1e-9)
 
 
 def tets_apart(scale):

@@ -14,9 +14,7 @@ from gradedesign.design.resolve.predicted_part_mesh import least_part_dofs, pred
 from gradedesign.errors import CaseError
 from gradedesign.geometry.formats.read_stl import read_stl
 from gradedesign.geometry.formats.write_stl import write_stl
-from gradedesign.geometry.part import chords as chords_module
 from gradedesign.geometry.part.box import box_surface
-from gradedesign.geometry.part.chords import chords
 from gradedesign.geometry.part.part import read_part
 from gradedesign.geometry.part.place_words import number
 from gradedesign.geometry.part.regions import select_regions
@@ -25,7 +23,6 @@ from gradedesign.geometry.part.thickness import local_thickness
 from gradedesign.geometry.tets.mesher import PYTETWILD
 from gradedesign.geometry.triangles.surface_mesh import (
     SurfaceMesh,
-    corner_points,
     enclosed_centroid,
 )
 from gradedesign.mechanics.fe.space import tet_space
@@ -92,20 +89,6 @@ def test_the_holes_of_the_bracket_are_found_with_their_selectors(bracket):
         found = select_regions(part.surface, part.faces, {"holes": spec})["holes"]
         assert len(found.faces) == group.count
         assert found.area == pytest.approx(group.area)
-
-
-def test_chords_are_those_of_every_triangle(bracket, monkeypatch):
-    _, part = bracket
-    corners = corner_points(part.surface)
-    points = np.random.default_rng(7).uniform((2, 2, 2), (22, 44, 90), (60, 3)).T
-    found = chords(corners, points, np.eye(3))
-
-    def every(triangles, *_):
-        return np.ones(len(triangles), dtype=bool)
-
-    monkeypatch.setattr(chords_module, "_covering", every)
-    for one, other in zip(found, chords(corners, points, np.eye(3)), strict=True):
-        np.testing.assert_array_equal(one, other)
 
 
 def test_thickness_is_the_shortest_chord():

@@ -14,8 +14,8 @@ from gradedesign.design.printing.voids import measure_voids
 from gradedesign.design.printing.wall_thickness import wall_thickness
 from gradedesign.geometry.contour.surface import extract_surface
 from gradedesign.geometry.part.box import box_surface
+from gradedesign.geometry.triangles.grid_classifier import grid_around, solid_voxels
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
-from gradedesign.geometry.triangles.voxels import grid_around, solid_voxels
 
 UP = np.array([0.0, 0.0, 1.0])
 Z = np.eye(3)

@@ -8,7 +8,6 @@ from gradedesign.design.acceptance import body_comparison
 from gradedesign.design.acceptance.body import measure_body, void_warnings
 from gradedesign.design.acceptance.body_comparison import comparison_warnings
 from gradedesign.design.acceptance.printed_body import measure_printed, phase_volumes
-from gradedesign.design.printing import wall_thickness as measuring
 from gradedesign.design.printing.wall_thickness import wall_thickness
 from gradedesign.errors import MeshError
 from gradedesign.fields import periodic_distance_to_level_set
@@ -167,20 +166,6 @@ def test_thickness_of_a_gyroid_wall():
     # 1 mm everywhere, but for the rims where the box cuts the wall
     assert found["50"] == pytest.approx(1.0, abs=0.02)
     assert found["0.1"] < found["1"] < found["5"] < 1.0
-
-
-def test_rays_through_cells_end_where_rays_through_a_tree_do(monkeypatch):
-    """On a ball with a wall of 0.3 mm and a far crumb, so that most cells are empty."""
-    shell = trimesh.creation.icosphere(4, radius=2.0)
-    shell = trimesh.util.concatenate([shell, trimesh.creation.icosphere(4, radius=1.7)])
-    shell.faces[len(shell.faces) // 2 :] = shell.faces[len(shell.faces) // 2 :, ::-1]
-    surface = as_surface(shell)
-    cells = wall_thickness(surface, 20_000)
-    monkeypatch.setattr(measuring, "triangle_cells", lambda *_, **__: None)
-    tree = wall_thickness(surface, 20_000)
-    assert cells.rays == tree.rays
-    for share, length in tree.percentiles_mm.items():
-        assert cells.percentiles_mm[share] == pytest.approx(length, abs=1e-12)
 
 
 def test_an_open_surface_has_no_thickness():

@@ -6,15 +6,19 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plain_windings import plain_windings
 
 from gradedesign.errors import MeshError
 from gradedesign.geometry.contour.surface import extract_surface
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.triangles.closest import build_triangle_tree, closest_triangles
-from gradedesign.geometry.triangles.columns import build_columns, winding_at
+from gradedesign.geometry.triangles.grid_classifier import (
+    build_classifier,
+    marked_inside,
+    winding_at,
+)
 from gradedesign.geometry.triangles.printed_field import printed_field
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
-from gradedesign.geometry.triangles.winding import winding_numbers
 
 
 def as_surface(mesh):
@@ -51,7 +55,7 @@ def gyroid_sheet(p):
 
 def plain_winding(surface, points):
     """Solid angles of all triangles, one point at a time."""
-    return np.rint(winding_numbers(corner_points(surface), points.T)).astype(int)
+    return np.rint(plain_windings(corner_points(surface), points)).astype(int)
 
 
 def plain_field(surface, points, band):
@@ -102,7 +106,7 @@ def test_rays_through_corners_and_edges_count_once(name):
     points = np.concatenate([points, points - 0.0523 * np.array([[0], [0], [1]])], axis=1)
     distance, _, _ = closest_triangles(build_triangle_tree(corner_points(surface)), points)
     points = points[:, distance > 1e-9]
-    found = winding_at(build_columns(surface), points)
+    found = winding_at(build_classifier(surface), points)
     np.testing.assert_array_equal(found, plain_winding(surface, points))
 
 
@@ -120,9 +124,10 @@ def test_any_integer_box_has_whole_windings_on_an_integer_grid(seed, axis):
     grid = np.stack(np.meshgrid(*[np.arange(-1.0, 8.0)] * 3, indexing="ij")).reshape(3, -1)
     distance, _, _ = closest_triangles(build_triangle_tree(corner_points(surface)), grid)
     free = grid[:, distance > 1e-9]
-    np.testing.assert_array_equal(
-        winding_at(build_columns(surface), free), plain_winding(surface, free)
-    )
+    winding = plain_winding(surface, free)
+    np.testing.assert_array_equal(winding_at(build_classifier(surface), free), winding)
+    marks = marked_inside(corner_points(surface) + 1.0, (9, 9, 9)).ravel()
+    np.testing.assert_array_equal(marks[distance > 1e-9], winding > 0)
 
 
 def test_sphere_is_that_of_the_formula():

@@ -232,16 +232,15 @@ def test_every_long_command_shows_progress():
     ("module", "names"),
     [
         ("geometry.tets._quality_kernels", "label_pieces largest_cosine"),
-        ("geometry.triangles._closest_kernels", "build_tree find_closest"),
+        ("geometry.triangles._tree_kernels", "number_nodes halve_nodes fill_boxes"),
+        ("geometry.triangles._closest_kernels", "find_closest find_distance"),
+        ("geometry.triangles._grid_kernels", "cross_lines fill_inside mark_near"),
         ("geometry.tets._point_location_kernels", "bin_tets find_tets weigh"),
         ("mechanics.fe._assembly_kernels", "elements_of_nodes list_columns stiffness_blocks"),
         ("mechanics.fe._space_kernels", "number_edges"),
         ("mechanics.solver._multigrid_kernels", "_multiply _relax inverse_diagonal"),
         ("geometry.contour._marching_kernels", "count_slab march_slab"),
-        (
-            "geometry.contour._side_kernels",
-            "mark_near next_unknown flood_unknown take_out_edges touching",
-        ),
+        ("geometry.contour._side_kernels", "take_out_edges mark_beside touching"),
         (
             "geometry.contour._surface_kernels",
             "unpaired_edges vertex_shells shell_volumes volumes_under",

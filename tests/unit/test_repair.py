@@ -349,7 +349,7 @@ def test_unknown_option(option):
 
 
 def test_winding_number_is_one_inside_and_zero_outside():
-    points = np.array([[5.0, 5.0, 5.0], [1.0, 9.0, 2.0], [11.0, 5.0, 5.0]])
+    points = np.array([[5.0, 5.0, 5.0], [1.0, 9.0, 2.0], [11.0, 5.0, 5.0]]).T
     np.testing.assert_allclose(winding_numbers(BOX, points), [1, 1, 0], atol=1e-12)
     np.testing.assert_allclose(winding_numbers(BOX[:, ::-1], points), [-1, -1, 0], atol=1e-12)
 

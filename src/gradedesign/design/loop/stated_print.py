@@ -28,9 +28,7 @@ from gradedesign.geometry.lattice.slab_density import (
     total,
 )
 from gradedesign.geometry.lattice.solid_layers import solid_layers
-from gradedesign.geometry.lattice.trim import contour_grid
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
-from gradedesign.geometry.triangles.triangle_cells import CellGrid
 
 #: Keys of ``[print]`` that layers need; any other one needs the surface.
 _OF_LAYERS = {"layer_height", "pixel_size", "build_direction", "build_volume"}
@@ -46,14 +44,11 @@ class SurfaceMeasures:
         Disconnected components that were removed from it.
     printability : Printability or None
         How it is made, where the case has ``[print]``.
-    grid : CellGrid
-        On which it was contoured.
     """
 
     islands: Islands
     thickness: WallThickness
     printability: Printability | None
-    grid: CellGrid
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -141,7 +136,6 @@ def _with_surface(stated: StatedLattice) -> StatedPrint:
             islands=islands,
             thickness=measured,
             printability=check_printed(case, part, surface, measured),
-            grid=CellGrid(origin=contour_grid(design.domain, step).origin, spacing=step),
         ),
         made_of=f"{len(surface.faces)} triangles at a grid of {step:.3g} mm",
     )

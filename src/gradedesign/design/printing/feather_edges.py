@@ -7,9 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.design.printing.wall_thickness import RAYS, ray_lengths, surface_rays
+from gradedesign.design.printing.wall_thickness import RAYS, surface_rays
 from gradedesign.geometry.triangles._surface_mesh_kernels import triangle_areas
-from gradedesign.geometry.triangles.closest import build_triangle_tree, closest_triangles
+from gradedesign.geometry.triangles.closest import (
+    build_triangle_tree,
+    closest_triangles,
+    ray_lengths,
+)
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, area_vectors, corner_points
 
 #: A rim between faces that enclose less than this is a feather edge, degrees: it is thinner than a
@@ -59,10 +63,10 @@ def feather_edges(surface: SurfaceMesh, wall: float, rays: int = RAYS) -> Feathe
     rays : int
     """
     origins, inward = surface_rays(surface, rays)
-    length = ray_lengths(surface, origins, inward)
+    tree = build_triangle_tree(corner_points(surface))
+    length = ray_lengths(tree, origins, inward)
     thin = length < wall
     start, direction = origins[:, thin], inward[:, thin]
-    tree = build_triangle_tree(corner_points(surface))
     _, triangle, _ = closest_triangles(tree, start + length[thin] * direction)
     outward: FloatArray = area_vectors(surface)[triangle].T
     size = np.linalg.norm(outward, axis=0)

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
-from gradedesign.design.printing.wall_thickness import ray_lengths, surface_rays
+from gradedesign.design.printing.wall_thickness import surface_rays
 from gradedesign.geometry.part.signed_distance import surface_distance
+from gradedesign.geometry.triangles.closest import ray_lengths
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 #: Rays of a measurement. Chosen, not measured.
@@ -71,7 +72,7 @@ def narrowest_gap(surface: SurfaceMesh, below: float, rays: int = RAYS) -> Gap |
         apart.
     """
     turned = SurfaceMesh(vertices=surface.vertices, faces=surface.faces[:, ::-1])
-    found = _facing_places(turned, surface, below, rays)
+    found = _facing_places(surface, *surface_rays(turned, rays), below, way=-1)
     if not found.width.size:
         return None
     k = int(np.argmin(found.width))
@@ -85,18 +86,18 @@ def thin_walls(surface: SurfaceMesh, below: float, rays: int = RAYS) -> FacingPl
     Fins, ribs and pins count; edges of more than 26 degrees do not. Parameters as for
     `narrowest_gap`.
     """
-    return _facing_places(surface, surface, below, rays)
+    return _facing_places(surface, *surface_rays(surface, rays), below, way=1)
 
 
 def _facing_places(
-    seen: SurfaceMesh, surface: SurfaceMesh, below: float, rays: int
+    surface: SurfaceMesh, origins: FloatArray, directions: FloatArray, below: float, *, way: int
 ) -> FacingPlaces:
-    """Places whose ray against the normal of the surface as seen soon meets it, face to face."""
-    origins, inward = surface_rays(seen, rays)
-    length = ray_lengths(seen, origins, inward)
+    """Places whose ray, inward or with -1 outward, soon meets the surface, face to face."""
+    distance = surface_distance(surface)
+    length = ray_lengths(distance.tree, origins, directions, way)
     near = length < below
-    width, middle = length[near], origins[:, near] + 0.5 * length[near] * inward[:, near]
+    width, middle = length[near], origins[:, near] + 0.5 * length[near] * directions[:, near]
     if width.size:
-        facing = np.abs(surface_distance(surface)(middle)) >= _FACING * 0.5 * width
+        facing = np.abs(distance(middle)) >= _FACING * 0.5 * width
         width, middle = width[facing], middle[:, facing]
     return FacingPlaces(width=width, middle=middle, rays=length.size)

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import binary_dilation, label
 
 from gradedesign.arrays import BoolArray, IntArray
-from gradedesign.geometry.triangles.voxels import VoxelGrid
+from gradedesign.geometry.triangles.grid_classifier import VoxelGrid
 
 #: Pixels that touch by an edge or a corner hold each other, in a layer and from the one below.
 _TOUCHING = np.ones((3, 3), dtype=bool)

@@ -9,8 +9,7 @@ import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.design.printing.wall_thickness import surface_rays
-from gradedesign.geometry.triangles._ray_kernels import exit_lengths
-from gradedesign.geometry.triangles.closest import build_triangle_tree
+from gradedesign.geometry.triangles.closest import build_triangle_tree, ray_lengths
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, area_vectors, corner_points
 
 #: Steps of the search for an orientation, degrees: all directions, then around the best. Chosen,
@@ -170,15 +169,9 @@ def _support(surface: SurfaceMesh, up: FloatArray, angle: float) -> tuple[float,
     below = SurfaceMesh(vertices=surface.vertices, faces=surface.faces[hangs])
     area = float(np.linalg.norm(vectors[hangs], axis=1).sum())
     origins, inward = surface_rays(below, RAYS)
-    # Seen from the other side, the room around the part is the solid that a ray leaves.
-    turned = SurfaceMesh(vertices=surface.vertices, faces=surface.faces[:, ::-1])
-    tree = build_triangle_tree(corner_points(turned))
-    down = np.ascontiguousarray(np.repeat(-up[:, None], origins.shape[1], axis=1))
-    length = np.zeros(origins.shape[1])
-    exit_lengths(
-        tree.triangles, tree.box, tree.right, tree.first, tree.count, origins, down, length
-    )
-    length = np.minimum(length, up @ origins - plate)
+    tree = build_triangle_tree(corner_points(surface))
+    down = np.repeat(-up[:, None], origins.shape[1], axis=1)
+    length = np.minimum(ray_lengths(tree, origins, down, way=-1), up @ origins - plate)
     return area, area * float((length * (up @ inward)).mean())
 
 

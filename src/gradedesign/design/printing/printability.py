@@ -20,8 +20,8 @@ from gradedesign.design.printing.voids import (
     measure_voids,
 )
 from gradedesign.design.printing.wall_thickness import WallThickness
+from gradedesign.geometry.triangles.grid_classifier import grid_around, solid_voxels
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
-from gradedesign.geometry.triangles.voxels import grid_around, solid_voxels
 
 #: Voxels of the part's box where nothing that is stated asks for more. Chosen, not measured.
 VOXELS = 2_000_000

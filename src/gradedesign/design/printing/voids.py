@@ -14,8 +14,8 @@ from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.common.system.threads import in_ranges
 from gradedesign.design.printing._void_kernels import FAR, distances_along, widest_ways
 from gradedesign.geometry.contour._surface_kernels import shell_volumes, vertex_shells
+from gradedesign.geometry.triangles.grid_classifier import VoxelGrid
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
-from gradedesign.geometry.triangles.voxels import VoxelGrid
 
 _Levels: TypeAlias = NDArray[np.integer[Any]]
 

@@ -9,12 +9,9 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import MeshError
-from gradedesign.geometry.triangles._cell_kernels import exit_lengths_in_cells
-from gradedesign.geometry.triangles._ray_kernels import exit_lengths
 from gradedesign.geometry.triangles._surface_mesh_kernels import triangle_areas
-from gradedesign.geometry.triangles.closest import build_triangle_tree
+from gradedesign.geometry.triangles.closest import build_triangle_tree, ray_lengths
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, area_vectors, corner_points
-from gradedesign.geometry.triangles.triangle_cells import triangle_cells
 
 #: Rays of a measurement. The thinnest 0.1 % then rest on 100 of them.
 RAYS = 100_000
@@ -22,8 +19,6 @@ RAYS = 100_000
 PERCENTILES = (0.1, 1.0, 5.0, 50.0)
 #: Largest share of rays that may find no way out of a closed surface by rounding.
 MOST_LOST = 1e-4
-#: Cells that rays walk through, in mean extents of the triangles. Chosen, not measured.
-_WIDTH = 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,7 +62,7 @@ def wall_thickness(surface: SurfaceMesh, rays: int = RAYS) -> WallThickness:
         If rays find no way out of the solid: the surface is open.
     """
     origins, inward = surface_rays(surface, rays)
-    length = ray_lengths(surface, origins, inward)
+    length = ray_lengths(build_triangle_tree(corner_points(surface)), origins, inward)
     thickness = length[np.isfinite(length)]
     lost = len(length) - len(thickness)
     if lost > MOST_LOST * len(length):
@@ -80,26 +75,6 @@ def wall_thickness(surface: SurfaceMesh, rays: int = RAYS) -> WallThickness:
         percentiles_mm={f"{p:g}": float(v) for p, v in zip(PERCENTILES, values, strict=True)},
         rays=len(thickness),
     )
-
-
-def ray_lengths(surface: SurfaceMesh, origins: FloatArray, inward: FloatArray) -> FloatArray:
-    """Lengths of rays to where they first leave the solid, ``(n,)`` mm; infinite without exit.
-
-    Origins, mm, and unit directions are ``(3, n)``.
-    """
-    length = np.zeros(origins.shape[1])
-    cells = triangle_cells(surface.vertices, surface.faces, width=_WIDTH)
-    if cells is not None:
-        exit_lengths_in_cells(
-            *(surface.vertices, surface.faces, cells.origin, cells.spacing, cells.shape),
-            *(cells.start, cells.users, origins, inward, length),
-        )
-    else:
-        tree = build_triangle_tree(corner_points(surface))
-        exit_lengths(
-            tree.triangles, tree.box, tree.right, tree.first, tree.count, origins, inward, length
-        )
-    return length
 
 
 def surface_rays(surface: SurfaceMesh, count: int) -> tuple[FloatArray, FloatArray]:

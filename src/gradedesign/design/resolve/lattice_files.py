@@ -30,7 +30,6 @@ from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.geometry.maps.cell_map import CellMap
 from gradedesign.geometry.triangles.crossings import TOUCHING, crossing_triangles
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
-from gradedesign.geometry.triangles.triangle_cells import CellGrid
 from gradedesign.mechanics.material.material import Material
 from gradedesign.program.store.run_folder import RunFolder
 
@@ -177,12 +176,11 @@ def chord_tolerance(case: Case) -> float | None:
     return None if case.print is None else case.print.chord_tolerance
 
 
-def crossing_warnings(surface: SurfaceMesh, grid: CellGrid | None = None) -> tuple[str, ...]:
+def crossing_warnings(surface: SurfaceMesh) -> tuple[str, ...]:
     """Warn of triangles of the printed surface that pass through each other.
 
     Vertices are rounded to float32 first, as files hold them; the steps by which `write_stl` moves
-    equal ones apart are far too small to count as a crossing. `grid` is the grid on which the
-    surface was contoured, if it is known: it makes the search faster.
+    equal ones apart are far too small to count as a crossing.
     """
     if len(surface.faces) > MOST_TESTED:
         return (
@@ -191,7 +189,7 @@ def crossing_warnings(surface: SurfaceMesh, grid: CellGrid | None = None) -> tup
         )
     report_step("triangles that pass through each other")
     vertices = surface.vertices.astype(np.float32).astype(np.float64)
-    pairs = crossing_triangles(vertices, surface.faces, TOUCHING, grid)
+    pairs = crossing_triangles(vertices, surface.faces, TOUCHING)
     if len(pairs) == 0:
         return ()
     at = ", ".join(f"{c:.4g}" for c in vertices[surface.faces[pairs[0, 0]]].mean(axis=0))

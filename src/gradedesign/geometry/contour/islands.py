@@ -14,6 +14,7 @@ from gradedesign.geometry.tets.quality import piece_labels
 from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
 from gradedesign.geometry.triangles.short_edges import used_only
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.geometry.triangles.winding import winding_numbers
 
 log = logging.getLogger(__name__)
 
@@ -202,28 +203,10 @@ def _void_owners(
     box = {n: (t.min(axis=(0, 1)), t.max(axis=(0, 1))) for n, t in solid.items()}
     for v, void in enumerate(voids):
         point = triangles(int(void))[0, 0]
+        place = point[:, None]
         for n in disconnected:  # from large to small: the last hit is the innermost
             low, high = box[int(n)]
-            if (low < point).all() and (point < high).all() and winding(solid[int(n)], point) > 0.5:
+            within = (low < point).all() and (point < high).all()
+            if within and winding_numbers(solid[int(n)], place)[0] > 0.5:
                 owner[v] = n
     return owner
-
-
-def winding(corners: FloatArray, point: FloatArray) -> float:
-    """Winding number of triangles ``(m, 3, 3)`` round a point ``(3,)``: 1 inside, 0 outside.
-
-    References
-    ----------
-    A. van Oosterom, J. Strackee (1983), The solid angle of a plane triangle, IEEE Trans. Biomed.
-    Eng. 30, 125-126.
-    """
-    a, b, c = np.moveaxis(corners - point, 1, 0)
-    la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
-    up = np.einsum("ij,ij->i", a, np.cross(b, c))
-    down = (
-        la * lb * lc
-        + np.einsum("ij,ij->i", a, b) * lc
-        + np.einsum("ij,ij->i", b, c) * la
-        + np.einsum("ij,ij->i", c, a) * lb
-    )
-    return float(np.arctan2(up, down).sum() / (2 * np.pi))

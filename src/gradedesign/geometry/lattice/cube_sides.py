@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.geometry.contour import _side_kernels as kernels
-from gradedesign.geometry.contour.sample import Shape, checked_values
+from gradedesign.geometry.contour.sample import Shape
+from gradedesign.geometry.triangles.grid_classifier import mark_near, marked_inside
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
 
 #: Cubes that come this near to the part's surface count as near, in grid spacings. Chosen, not
@@ -15,22 +16,18 @@ from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_poin
 CLEARANCE = 0.1
 
 
-def cube_sides(
-    part: SurfaceMesh, distance: Field, origin: FloatArray, shape: Shape, h: float
-) -> NDArray[np.uint8]:
+def cube_sides(part: SurfaceMesh, origin: FloatArray, shape: Shape, h: float) -> NDArray[np.uint8]:
     """Where every cube of a grid lies: `NEAR`, `DEEP`, `BESIDE` or `BEYOND` of `_side_kernels`.
 
-    Near are the cubes that a triangle of the part comes to, by separating axes. The others are
-    filled from cube to cube, one distance each time telling the side. Cubes that would touch
-    another one along an edge only, near ones between, count as near too, so that the border of the
-    near ones is a manifold along its edges.
+    Near are the cubes that a triangle of the part comes to, by separating axes. Of the
+    others their middles tell the side. Cubes that would touch another one along an edge only, near
+    ones between, count as near too, so that the border of the near ones is a manifold along its
+    edges.
 
     Parameters
     ----------
     part : SurfaceMesh
         Closed.
-    distance : callable
-        Its signed distance, points ``(3, ...)`` mm to ``(...)`` mm, negative inside.
     origin : (3,) array, mm
         First node of the grid.
     shape : (int, int, int)
@@ -44,14 +41,10 @@ def cube_sides(
         Deep cubes lie inside, those beside and beyond outside, all of them farther than `CLEARANCE`
         spacings from the surface; those beside touch a near one.
     """
-    sides = np.full([n - 1 for n in shape], kernels.UNKNOWN, dtype=np.uint8)
-    kernels.mark_near((corner_points(part) - origin) / h, CLEARANCE, sides)
-    number = kernels.next_unknown(sides, 0)
-    while number >= 0:
-        middle = origin + h * kernels.centre(number, np.array(sides.shape))
-        inside = checked_values(distance, middle[:, None])[0] < 0
-        kernels.flood_unknown(sides, number, kernels.DEEP if inside else kernels.BEYOND)
-        number = kernels.next_unknown(sides, number)
+    corners = (corner_points(part) - origin) / h
+    cubes = tuple(n - 1 for n in shape)
+    sides = marked_inside(corners - 0.5, cubes, kernels.DEEP, kernels.BEYOND)
+    mark_near(corners, CLEARANCE, kernels.NEAR, sides)
     while kernels.take_out_edges(sides):
         pass
     kernels.mark_beside(sides)

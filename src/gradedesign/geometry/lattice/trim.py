@@ -88,7 +88,7 @@ def trimmed_surface(
     field = uncut_field(untrimmed, band=3 * step, single=True)
     grid = contour_grid(design.domain, step)
     with stepping(f"contouring at {step:.3g} mm"):
-        sides = cube_sides(part, design.domain.distance, grid.origin, grid.shape, step)
+        sides = cube_sides(part, grid.origin, grid.shape, step)
         wanted = where_wanted(field, sides, grid.origin, step)
         raw = contour(wanted, grid, sides=sides, fit=volume_fit(design, step, asked))
         del sides

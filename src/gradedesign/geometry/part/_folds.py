@@ -95,8 +95,7 @@ def _joined(solid: FloatArray, sheets: FloatArray, margin: float) -> str:
     a, b, c = np.moveaxis(sheets, 1, 0)
     step = np.cross(b - a, c - a) / np.maximum(2.0 * areas, 1e-300)[:, None] * _BESIDE * margin
     middle = sheets.mean(axis=1)
-    inside = np.ones(len(sheets), dtype=np.bool_)
-    for way in (step, -step):
-        inside &= np.abs(winding_numbers(solid, (middle + way)[largest])) > 0.5
+    beside = np.concatenate([(middle + step)[largest], (middle - step)[largest]]).T
+    inside = (np.abs(winding_numbers(solid, beside)) > 0.5).reshape(2, -1).all(axis=0)
     area = 0.5 * float(areas[largest][inside].sum())
     return f"; the body touched itself there, and is joined along {area:.5g} mm^2" if area else ""

@@ -115,7 +115,8 @@ def _shared(
             solids[k] = manifold_of(vertices, parts[k], volumes[k])
     if solids[small] is None or solids[big] is None:  # touches itself: test its corners instead
         points = vertices[np.unique(parts[small])]
-        winding = winding_numbers(vertices[parts[big]], points[:: max(1, len(points) // 64)])
+        some = points[:: max(1, len(points) // 64)].T
+        winding = winding_numbers(vertices[parts[big]], some)
         return float(np.mean(np.abs(winding) > 0.5))
     return float((solids[small] ^ solids[big]).volume()) / abs(float(volumes[small]))
 

@@ -18,7 +18,7 @@ from gradedesign.geometry.part._edges import face_edges
 from gradedesign.geometry.part._nesting import manifold_of, mesh_of, shell_volume
 from gradedesign.geometry.part._orient import shell_labels, split_shells
 from gradedesign.geometry.triangles.crossings import crossing_triangles
-from gradedesign.geometry.triangles.winding import RAYS, WindingVolumes, winding_volumes
+from gradedesign.geometry.triangles.grid_classifier import RAYS, WindingVolumes, winding_volumes
 
 #: Volume counted too often or too little, as a share of the part's, that is reported, not mended.
 #: Chosen, not measured.
@@ -135,7 +135,6 @@ def _in_words(volumes: WindingVolumes) -> str:
     return (
         f"{volumes.solid:.6g} mm^3 are enclosed, {volumes.excess:.4g} mm^3 of them counted again "
         f"and {volumes.reversed:.4g} mm^3 inside out"
-        + (f" ({volumes.torn:.1%} of the rays not counted)" if volumes.torn else "")
     )
 
 

@@ -164,8 +164,8 @@ def _between_solids(
     a, b, c = np.moveaxis(corners[contacts.first[chosen]], 1, 0)
     normal = np.cross(b - a, c - a)
     step = _BESIDE * margin * normal / np.linalg.norm(normal, axis=1)[:, None]
-    solid = np.ones(len(chosen), dtype=np.bool_)
-    for way in (step, -step):
-        solid &= winding_numbers(corners, contacts.middle[chosen] + way) > 0.5
+    middle = contacts.middle[chosen]
+    beside = np.concatenate([middle + step, middle - step]).T
+    solid = (winding_numbers(corners, beside) > 0.5).reshape(2, -1).all(axis=0)
     votes = np.bincount(group[chosen], np.where(solid, 1, -1))
     return np.asarray(votes[group] > 0)

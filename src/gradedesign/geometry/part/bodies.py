@@ -47,7 +47,7 @@ def body_of_triangles(surface: SurfaceMesh) -> IntArray:
         owner[:] = solids[0]
     else:
         for void in np.flatnonzero(volumes < 0.0):
-            places = corners[label == void][:_PLACES, 0]
+            places = corners[label == void][:_PLACES, 0].T
             share = [winding_numbers(corners[label == n], places).mean() for n in solids]
             around = solids[np.array(share) > 0.5]
             owner[void] = min(around, key=volumes.__getitem__) if len(around) else void

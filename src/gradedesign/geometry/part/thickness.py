@@ -1,12 +1,42 @@
-"""Thickness of a part about points inside it."""
+"""Chords of a part through points inside it, and its thickness there."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.geometry.part.chords import chords
+from gradedesign.geometry.triangles.closest import build_triangle_tree, ray_lengths
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
+
+
+def chords(
+    surface: SurfaceMesh, points: FloatArray, axes: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Distance from points to the nearest crossing of a surface, backward and forward.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    points : (3, n) array, mm
+    axes : (3, 3) array
+        Columns are orthonormal directions.
+
+    Returns
+    -------
+    backward, forward : (3, n) array, mm
+        By direction; infinite where nothing is crossed.
+    """
+    tree = build_triangle_tree(corner_points(surface))
+    backward, forward = (
+        np.stack([ray_lengths(tree, points, _alike(way * axis, points), way=0) for axis in axes.T])
+        for way in (-1.0, 1.0)
+    )
+    return backward, forward
+
+
+def _alike(direction: FloatArray, points: FloatArray) -> FloatArray:
+    """The direction of every point."""
+    return np.repeat(direction[:, None], points.shape[1], axis=1)
 
 
 def local_thickness(surface: SurfaceMesh, points: FloatArray, axes: FloatArray) -> FloatArray:
@@ -25,6 +55,6 @@ def local_thickness(surface: SurfaceMesh, points: FloatArray, axes: FloatArray) 
     (k,) array, mm
         Of the points through which every chord has two ends; k <= n.
     """
-    backward, forward = chords(corner_points(surface), points, axes)
+    backward, forward = chords(surface, points, axes)
     length = (backward + forward).min(axis=0)
     return np.asarray(length[np.isfinite(length)])

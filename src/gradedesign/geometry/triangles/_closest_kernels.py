@@ -1,97 +1,18 @@
-"""Compiled bounding volume hierarchy over triangles: build and closest point."""
+"""Compiled search for the triangle of a tree that is closest to a point."""
 
 # mypy: disallow-untyped-defs=False, disallow-incomplete-defs=False
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
-#: Triangles per leaf, points per unit of threaded work (fixed, so that results do not depend on
-#: the number of threads), and depth of the traversal stack (a balanced tree of 2**31 leaves).
-LEAF, CHUNK, DEPTH = 4, 256, 64
+from gradedesign.geometry.triangles._tree_kernels import CHUNK, DEPTH
+
 #: Boxes farther than the nearest triangle by no more than this share of rounding are searched too.
 _TIED = 1.0 + 1e-12
 
 
-@njit(cache=True)
-def _select(order, key, first, last, middle):
-    """Partition order[first:last] so that the smallest keys come before middle."""
-    last -= 1
-    while first < last:
-        pivot = key[order[(first + last) // 2]]
-        i, j = first, last
-        while i <= j:
-            while key[order[i]] < pivot:
-                i += 1
-            while key[order[j]] > pivot:
-                j -= 1
-            if i <= j:
-                order[i], order[j] = order[j], order[i]
-                i += 1
-                j -= 1
-        if middle <= j:
-            last = j
-        elif middle >= i:
-            first = i
-        else:
-            return
-
-
 @njit(cache=True, nogil=True)
-def build_tree(corners, centres, order, box, right, first, count):
-    """Fill a balanced tree, left child after its parent; returns the number of nodes.
-
-    Parameters
-    ----------
-    corners : (m, 3, 3) array, mm
-    centres : (3, m) array, mm
-    order : (m,) int array
-        Triangles, sorted by leaf on return.
-    box : (k, 6) array, mm
-        Lower and upper corner of every node.
-    right, first, count : (k,) int arrays
-        Right child (-1 in a leaf); the range of ``order`` of a node.
-    """
-    stack = np.zeros((DEPTH, 3), dtype=np.int64)
-    stack[0, 1], stack[0, 2] = 0, len(order)
-    stack[0, 0] = -1
-    depth, nodes = 1, 0
-    while depth > 0:
-        depth -= 1
-        parent, begin, end = stack[depth]
-        node = nodes
-        nodes += 1
-        if parent >= 0:
-            right[parent] = node
-        while True:
-            first[node], count[node], right[node] = begin, end - begin, -1
-            spread, axis = -1.0, 0
-            for a in range(3):
-                low, high = np.inf, -np.inf
-                least, most = np.inf, -np.inf
-                for s in range(begin, end):
-                    t = order[s]
-                    for c in range(3):
-                        low = min(low, corners[t, c, a])
-                        high = max(high, corners[t, c, a])
-                    least = min(least, centres[a, t])
-                    most = max(most, centres[a, t])
-                box[node, a], box[node, 3 + a] = low, high
-                if most - least > spread:
-                    spread, axis = most - least, a
-            if end - begin <= LEAF:
-                break
-            middle = (begin + end) // 2
-            _select(order, centres[axis], begin, end, middle)
-            stack[depth, 0], stack[depth, 1], stack[depth, 2] = node, middle, end
-            depth += 1
-            end = middle
-            node = nodes
-            nodes += 1
-    return nodes
-
-
-@njit(cache=True)
 def _box_distance2(box, node, x, y, z):
     """Squared distance of a point to a node's box, mm^2."""
     dx = max(box[node, 0] - x, 0.0, x - box[node, 3])
@@ -100,7 +21,7 @@ def _box_distance2(box, node, x, y, z):
     return dx * dx + dy * dy + dz * dz
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _on_segment(dot, length2):
     """Share of a segment nearest to a point, from its projection; 0 for a segment of no length."""
     if dot <= 0.0 or length2 <= 0.0:
@@ -108,7 +29,7 @@ def _on_segment(dot, length2):
     return min(dot / length2, 1.0)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _flat_nearest(b, c, px, py, pz):
     """Shares (v, w) and feature of the nearest point of a triangle without area: its sides."""
     ends = ((0.0, 0.0, 1.0, 0.0), (1.0, 0.0, 0.0, 1.0), (0.0, 1.0, 0.0, 0.0))
@@ -131,7 +52,7 @@ def _flat_nearest(b, c, px, py, pz):
     return v, w, feature
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def nearest_shares(bb, bc, cc, d1, d2):
     """Shares (v, w) and feature of the nearest point of a triangle with area.
 
@@ -156,7 +77,7 @@ def nearest_shares(bb, bc, cc, d1, d2):
     return vb / total, vc / total, 0
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def nearest_on_triangle(tri, flat, slot, x, y, z):
     """Nearest point a + v ab + w ac of a triangle (Ericson 2005, section 5.1.5).
 
@@ -180,7 +101,7 @@ def nearest_on_triangle(tri, flat, slot, x, y, z):
     return ex * ex + ey * ey + ez * ez, v, w, feature
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _search(tri, flat, box, right, first, count, x, y, z, slot, most, stack, far):
     """Nearest triangle to a point, starting from a guess.
 
@@ -218,40 +139,33 @@ def _search(tri, flat, box, right, first, count, x, y, z, slot, most, stack, far
     return slot, best
 
 
-@njit(cache=True, parallel=True, nogil=True)
+@njit(cache=True, nogil=True)
 def find_closest(
-    tri, flat, box, right, first, count, order, points, distance, triangle, closest, feature
-):
-    """Closest triangle, point and feature of every point of a (3, n) array."""
-    n = points.shape[1]
-    for chunk in prange((n + CHUNK - 1) // CHUNK):
-        stack = np.zeros(DEPTH, dtype=np.int64)
-        far = np.zeros(DEPTH)
-        slot = 0
-        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            x, y, z = points[0, i], points[1, i], points[2, i]
-            slot, _ = _search(
-                tri, flat, box, right, first, count, x, y, z, slot, np.inf, stack, far
-            )
-            d, v, w, code = nearest_on_triangle(tri, flat, slot, x, y, z)
-            distance[i] = np.sqrt(d)
-            triangle[i] = order[slot]
-            feature[i] = code
-            for a in range(3):
-                closest[a, i] = tri[slot, a] + v * tri[slot, 3 + a] + w * tri[slot, 6 + a]
+    low, high, tri, flat, box, right, first, count, order, points, distance, triangle, closest,
+    feature,
+):  # fmt: skip
+    """Closest triangle, point and feature of points low to high of a (3, n) array."""
+    stack, far, slot = np.zeros(DEPTH, dtype=np.int64), np.zeros(DEPTH), np.int64(0)
+    for i in range(low, high):
+        x, y, z = points[0, i], points[1, i], points[2, i]
+        if i % CHUNK == 0:
+            slot = np.int64(0)
+        slot, _ = _search(tri, flat, box, right, first, count, x, y, z, slot, np.inf, stack, far)
+        d, v, w, code = nearest_on_triangle(tri, flat, slot, x, y, z)
+        distance[i] = np.sqrt(d)
+        triangle[i] = order[slot]
+        feature[i] = code
+        for a in range(3):
+            closest[a, i] = tri[slot, a] + v * tri[slot, 3 + a] + w * tri[slot, 6 + a]
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def find_distance(tri, flat, box, right, first, count, points, reach, distance):
-    """Distance of every point of a (3, n) array to the triangles, at most ``reach``."""
-    n = points.shape[1]
-    for chunk in prange((n + CHUNK - 1) // CHUNK):
-        stack = np.zeros(DEPTH, dtype=np.int64)
-        far = np.zeros(DEPTH)
-        slot = 0
-        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            x, y, z = points[0, i], points[1, i], points[2, i]
-            slot, best = _search(
-                tri, flat, box, right, first, count, x, y, z, slot, reach * reach, stack, far
-            )
-            distance[i] = min(np.sqrt(best), reach)
+@njit(cache=True, nogil=True)
+def find_distance(low, high, tri, flat, box, right, first, count, points, reach, distance):
+    """Distance of points low to high of a (3, n) array to the triangles, at most ``reach``."""
+    stack, far, slot = np.zeros(DEPTH, dtype=np.int64), np.zeros(DEPTH), np.int64(0)
+    for i in range(low, high):
+        x, y, z = points[0, i], points[1, i], points[2, i]
+        slot, best = _search(
+            tri, flat, box, right, first, count, x, y, z, slot, reach * reach, stack, far
+        )
+        distance[i] = min(np.sqrt(best), reach)

@@ -52,7 +52,7 @@ def stars(faces, marked):
     return first, users
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def ring_of(faces, first, users, v, ring):
     """Write the vertices that follow ``v`` in its triangles; returns their number."""
     count = first[v + 1] - first[v]
@@ -64,7 +64,7 @@ def ring_of(faces, first, users, v, ring):
     return count
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def between(vertices, p, q):
     """Vector from one vertex to another."""
     return (
@@ -74,7 +74,7 @@ def between(vertices, p, q):
     )
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def others(faces, f, v):
     """The two vertices that follow ``v`` in triangle f."""
     c = 0
@@ -83,7 +83,7 @@ def others(faces, f, v):
     return faces[f, (c + 1) % 3], faces[f, (c + 2) % 3]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def stays_manifold(ring_a, m, ring_b, n):
     """Whether the edge between two vertices may collapse, by their rings: the link condition."""
     common = 0
@@ -93,7 +93,7 @@ def stays_manifold(ring_a, m, ring_b, n):
     return common == 2 and not (m == 3 and n == 3)  # nothing is left of a tetrahedron
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def move(faces, first, users, gone, kept):
     """Move a vertex onto another; triangles that vanish become -1."""
     for n in range(first[gone], first[gone + 1]):
@@ -106,7 +106,7 @@ def move(faces, first, users, gone, kept):
                 faces[f, c] = kept
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _cost(vertices, faces, first, users, gone, kept):
     """Distance of ``kept`` from the planes round ``gone``; infinite where a triangle would turn."""
     worst = 0.0

@@ -4,17 +4,17 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
-from gradedesign.geometry.triangles._closest_kernels import CHUNK, DEPTH
 from gradedesign.geometry.triangles._collapse_kernels import between
+from gradedesign.geometry.triangles._tree_kernels import DEPTH, next_leaf
 
 #: Cosine of the angle between normals of triangles that may lie on each other: 8 degrees. How far
 #: apart they are where they overlap is tested besides.
 _OPPOSITE = -0.99
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _clip(polygon, size, spare, ox, oy, oz, nx, ny, nz):
     """Keep the part of a convex polygon in front of a plane; returns its number of points."""
     kept = 0
@@ -37,7 +37,7 @@ def _clip(polygon, size, spare, ox, oy, oz, nx, ny, nz):
     return kept
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _common(corners, normals, large, small, polygon, spare, found):
     """Fill area, largest distance and centroid of what a triangle covers of a larger one."""
     nx, ny, nz = normals[large, 0], normals[large, 1], normals[large, 2]
@@ -75,7 +75,7 @@ def _common(corners, normals, large, small, polygon, spare, found):
     found[0], found[1] = abs(area), away
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _touches(faces, corners, normals, areas, longest, i, j, reach, polygon, spare, found):
     """Whether two triangles that share no edge lie on each other, turned against each other."""
     dot = 0.0
@@ -95,7 +95,7 @@ def _touches(faces, corners, normals, areas, longest, i, j, reach, polygon, spar
     return found[0] > reach * longest[small] and found[1] <= reach
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _partners(
     faces, corners, normals, areas, longest, box, right, first, count, order, i, reach, stack,
     polygon, spare, found, low, high, at, second, values,
@@ -106,18 +106,9 @@ def _partners(
         low[a], high[a] = min(x, y, z) - reach, max(x, y, z) + reach
     stack[0], depth, number = 0, 1, 0
     while depth > 0:
-        depth -= 1
-        node = stack[depth]
-        apart = False
-        for a in range(3):
-            if box[node, a] > high[a] or box[node, 3 + a] < low[a]:
-                apart = True
-        if apart:
-            continue
-        if right[node] >= 0:
-            stack[depth], stack[depth + 1] = right[node], node + 1
-            depth += 2
-            continue
+        node, depth = next_leaf(box, right, low, high, stack, depth)
+        if node < 0:
+            break
         for s in range(first[node], first[node] + count[node]):
             j = order[s]
             if j > i and _touches(
@@ -131,10 +122,10 @@ def _partners(
     return number
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True)
 def find_partners(
-    faces, corners, normals, areas, longest, box, right, first, count, order, reach, start,
-    partners, second, values,
+    begin, end, faces, corners, normals, areas, longest, box, right, first, count, order, reach,
+    start, partners, second, values,
 ):  # fmt: skip
     """Fill the number of partners of every triangle or, from their starts on, the partners.
 
@@ -147,13 +138,11 @@ def find_partners(
     values : (k, 5) array
         Area, mm^2, distance, mm, and centroid, mm, of what both cover.
     """
-    n = len(faces)
-    for chunk in prange((n + CHUNK - 1) // CHUNK):
-        stack = np.zeros(2 * DEPTH, dtype=np.int64)
-        polygon, spare = np.zeros((12, 3)), np.zeros((12, 3))
-        found, low, high = np.zeros(5), np.zeros(3), np.zeros(3)
-        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            partners[i] = _partners(
-                faces, corners, normals, areas, longest, box, right, first, count, order, i, reach,
-                stack, polygon, spare, found, low, high, start[i], second, values,
-            )  # fmt: skip
+    stack = np.zeros(DEPTH, dtype=np.int64)
+    polygon, spare = np.zeros((12, 3)), np.zeros((12, 3))
+    found, low, high = np.zeros(5), np.zeros(3), np.zeros(3)
+    for i in range(begin, end):
+        partners[i] = _partners(
+            faces, corners, normals, areas, longest, box, right, first, count, order, i, reach,
+            stack, polygon, spare, found, low, high, start[i], second, values,
+        )  # fmt: skip

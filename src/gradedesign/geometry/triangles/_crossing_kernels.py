@@ -4,14 +4,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
-from gradedesign.geometry.triangles._cell_kernels import cell_range
-from gradedesign.geometry.triangles._closest_kernels import CHUNK, DEPTH
 from gradedesign.geometry.triangles._collapse_kernels import between
+from gradedesign.geometry.triangles._tree_kernels import DEPTH, LEAF, next_leaf
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _pierces(vertices, p, q, a, b, c, margin):
     """Whether the segment pq goes through the triangle abc, clear of both ends and all sides."""
     ux, uy, uz = between(vertices, a, b)
@@ -41,7 +40,7 @@ def _pierces(vertices, p, q, a, b, c, margin):
     )
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _cross(vertices, faces, i, j, margin):
     """Whether two triangles pass through each other; neighbours across an edge never do."""
     common, at_i, at_j = 0, 0, 0
@@ -65,113 +64,69 @@ def _cross(vertices, faces, i, j, margin):
     return False
 
 
-@njit(cache=True)
-def _bound(vertices, faces, i, low, high, plane):
-    """Fill the box of triangle i, its unit normal and offset; zero for one without area."""
+@njit(cache=True, nogil=True)
+def _bound(tri, s, own):
+    """Fill a triangle's box, unit normal and offset along it, (10,); zero for one without area."""
     for a in range(3):
-        x, y, z = vertices[faces[i, 0], a], vertices[faces[i, 1], a], vertices[faces[i, 2], a]
-        low[a], high[a] = min(x, y, z), max(x, y, z)
-    ux, uy, uz = between(vertices, faces[i, 0], faces[i, 1])
-    vx, vy, vz = between(vertices, faces[i, 0], faces[i, 2])
-    plane[0], plane[1], plane[2] = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    area2 = np.sqrt(plane[0] ** 2 + plane[1] ** 2 + plane[2] ** 2)
-    plane[3] = 0.0
-    for a in range(3):
-        plane[a] = plane[a] / area2 if area2 > 0.0 else 0.0
-        plane[3] += plane[a] * vertices[faces[i, 0], a]
+        p, b, c = tri[s, a], tri[s, 3 + a], tri[s, 6 + a]
+        own[a], own[3 + a] = p + min(0.0, b, c), p + max(0.0, b, c)
+    ux, uy, uz = tri[s, 3], tri[s, 4], tri[s, 5]
+    vx, vy, vz = tri[s, 6], tri[s, 7], tri[s, 8]
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    area2 = np.sqrt(nx * nx + ny * ny + nz * nz)
+    scale = 1.0 / area2 if area2 > 0.0 else 0.0
+    own[6], own[7], own[8] = nx * scale, ny * scale, nz * scale
+    own[9] = own[6] * tri[s, 0] + own[7] * tri[s, 1] + own[8] * tri[s, 2]
 
 
-@njit(cache=True)
-def _node_meets(box, node, low, high, plane, thin):
-    """Whether a node's box meets the box from low to high and lies on both sides of the plane."""
-    middle, reach = -plane[3], 0.0
-    for a in range(3):
-        if box[node, a] > high[a] or box[node, 3 + a] < low[a]:
-            return False
-        middle += plane[a] * 0.5 * (box[node, a] + box[node, 3 + a])
-        reach += abs(plane[a]) * 0.5 * (box[node, 3 + a] - box[node, a])
-    return middle - reach < -thin and middle + reach > thin
+@njit(cache=True, nogil=True)
+def _apart(one, other):
+    """Whether two boxes (6,) have no point in common."""
+    return (
+        one[0] > other[3] or one[3] < other[0] or one[1] > other[4] or one[4] < other[1]
+        or one[2] > other[5] or one[5] < other[2]
+    )  # fmt: skip
 
 
-@njit(cache=True)
-def _triangle_meets(vertices, faces, j, low, high, plane, thin):
-    """Whether triangle j's box meets the box from low to high, and triangle j crosses the plane."""
-    for a in range(3):
-        x, y, z = vertices[faces[j, 0], a], vertices[faces[j, 1], a], vertices[faces[j, 2], a]
-        if min(x, y, z) > high[a] or max(x, y, z) < low[a]:
-            return False
-    below, above = np.inf, -np.inf
-    for k in range(3):
-        v = faces[j, k]
-        side = (
-            plane[0] * vertices[v, 0]
-            + plane[1] * vertices[v, 1]
-            + plane[2] * vertices[v, 2]
-            - plane[3]
-        )
-        below, above = min(below, side), max(above, side)
-    return below < -thin and above > thin
+@njit(cache=True, nogil=True)
+def _cuts(tri, s, own, thin):
+    """Whether a triangle lies on both sides of another's plane."""
+    middle = own[6] * tri[s, 0] + own[7] * tri[s, 1] + own[8] * tri[s, 2] - own[9]
+    u = own[6] * tri[s, 3] + own[7] * tri[s, 4] + own[8] * tri[s, 5]
+    v = own[6] * tri[s, 6] + own[7] * tri[s, 7] + own[8] * tri[s, 8]
+    return middle + min(0.0, u, v) < -thin and middle + max(0.0, u, v) > thin
 
 
-@njit(cache=True)
-def _first_crossed(vertices, faces, box, right, first, count, order, i, margin, low, high, stack):
-    """The first triangle of the tree of higher number that passes through triangle i, or -1."""
-    plane, thin = high[3:], 1e-3 * margin
-    _bound(vertices, faces, i, low, high, plane)
-    stack[0], depth = 0, 1
-    while depth > 0:
-        depth -= 1
-        node = stack[depth]
-        if not _node_meets(box, node, low, high, plane, thin):
-            continue
-        if right[node] >= 0:
-            stack[depth], stack[depth + 1] = right[node], node + 1
-            depth += 2
-            continue
-        for s in range(first[node], first[node] + count[node]):
-            j = order[s]
-            near = j > i and _triangle_meets(vertices, faces, j, low, high, plane, thin)
-            if near and _cross(vertices, faces, i, j, margin):
-                return j
-    return -1
-
-
-@njit(cache=True, parallel=True)
-def find_crossed(vertices, faces, box, right, first, count, order, margin, crossed):
-    """Fill, for every triangle, one of higher number that passes through it, or -1."""
-    n = len(faces)
-    for chunk in prange((n + CHUNK - 1) // CHUNK):
-        stack = np.zeros(2 * DEPTH, dtype=np.int64)
-        low, high = np.zeros(3), np.zeros(7)  # high, then the plane
-        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            crossed[i] = _first_crossed(
-                vertices, faces, box, right, first, count, order, i, margin, low, high, stack
-            )
-
-
-@njit(cache=True, parallel=True, nogil=True)
-def find_crossed_in_cells(
-    vertices, faces, origin, spacing, shape, reach, start, users, margin, crossed
+@njit(cache=True, nogil=True)
+def find_crossed(
+    begin, end, vertices, faces, tri, box, right, first, count, order, leaves, margin, crossed
 ):
-    """As `find_crossed`, from the triangles that share a cell of a cubic grid."""
-    n = len(faces)
+    """Fill, for every triangle, one of higher number that passes through it, or -1.
+
+    The triangles of leaves begin to end are compared with those of the leaves that these meet.
+    """
     thin = 1e-3 * margin
-    for chunk in prange((n + CHUNK - 1) // CHUNK):
-        low, high = np.zeros(3), np.zeros(7)  # high, then the plane
-        cells = np.zeros((2, 3), dtype=np.int64)
-        for t in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            plane = high[3:]
-            _bound(vertices, faces, t, low, high, plane)
-            cell_range(vertices, faces, t, origin, spacing, shape, reach, cells)
-            for i in range(cells[0, 0], cells[1, 0] + 1):
-                for j in range(cells[0, 1], cells[1, 1] + 1):
-                    for k in range(cells[0, 2], cells[1, 2] + 1):
-                        at = (i * shape[1] + j) * shape[2] + k
-                        for s in range(start[at + 1] - 1, start[at] - 1, -1):
-                            other = users[s]
-                            if other <= t or crossed[t] >= 0:
-                                break  # those of a cell are in order
-                            if _triangle_meets(
-                                vertices, faces, other, low, high, plane, thin
-                            ) and _cross(vertices, faces, t, other, margin):
-                                crossed[t] = other
+    stack, own, other = np.zeros(DEPTH, dtype=np.int64), np.zeros((LEAF, 10)), np.zeros(10)
+    for m in range(begin, end):
+        here = leaves[m]
+        for k in range(count[here]):
+            _bound(tri, first[here] + k, own[k])
+        low, high = box[here, :3], box[here, 3:]
+        stack[0], depth = 0, 1
+        while depth > 0:
+            leaf, depth = next_leaf(box, right, low, high, stack, depth)
+            if leaf < 0:
+                break
+            for s in range(first[leaf], first[leaf] + count[leaf]):
+                for a in range(3):
+                    p, b, c = tri[s, a], tri[s, 3 + a], tri[s, 6 + a]
+                    other[a], other[3 + a] = p + min(0.0, b, c), p + max(0.0, b, c)
+                if _apart(other, box[here]):
+                    continue
+                j = order[s]
+                for k in range(count[here]):
+                    i = order[first[here] + k]
+                    if j <= i or crossed[i] >= 0 or _apart(other, own[k]):
+                        continue
+                    if _cuts(tri, s, own[k], thin) and _cross(vertices, faces, i, j, margin):
+                        crossed[i] = j

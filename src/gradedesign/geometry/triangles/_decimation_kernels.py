@@ -24,7 +24,7 @@ LEAST_HEIGHT = 0.05
 MOST_POINTS = 4096
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _sample(vertices, fine, p):
     """Vertex p of the fine surface, or the centre of its triangle ``p - len(vertices)``."""
     if p < len(vertices):
@@ -38,7 +38,7 @@ def _sample(vertices, fine, p):
     )
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _distance2(vertices, x, y, z, a, b, c):
     """Squared distance of a point from triangle abc with area (Ericson 2005, section 5.1.5)."""
     px, py, pz = x - vertices[a, 0], y - vertices[a, 1], z - vertices[a, 2]
@@ -52,7 +52,7 @@ def _distance2(vertices, x, y, z, a, b, c):
     return ex * ex + ey * ey + ez * ez
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _shape(vertices, a, b, c):
     """Normal times twice the area, and least height over the longest side."""
     ux, uy, uz = between(vertices, a, b)
@@ -66,7 +66,7 @@ def _shape(vertices, a, b, c):
     return x, y, z, height
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _gather(first, users, gone, head, after, points):
     """Write the samples for which the triangles round ``gone`` stand, and ``gone``."""
     points[0], count = gone, 1
@@ -81,7 +81,7 @@ def _gather(first, users, gone, head, after, points):
     return count
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _is_shaped(vertices, faces, first, users, gone, kept, least):
     """Whether moving ``gone`` to ``kept`` turns no triangle and makes none too flat."""
     for n in range(first[gone], first[gone + 1]):
@@ -98,7 +98,7 @@ def _is_shaped(vertices, faces, first, users, gone, kept, least):
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _nearest(vertices, fine, faces, first, users, gone, kept, sample, enough):
     """Squared distance of a sample from the triangles after the move, and where in ``users``.
 
@@ -118,7 +118,7 @@ def _nearest(vertices, fine, faces, first, users, gone, kept, sample, enough):
     return best, where
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _best_move(
     vertices, fine, faces, first, users, gone, ring, m, other, points, count, tolerance2
 ):

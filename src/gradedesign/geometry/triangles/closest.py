@@ -9,8 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray, locked, read_only
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.errors import MeshError
 from gradedesign.geometry.triangles import _closest_kernels as kernels
+from gradedesign.geometry.triangles import _ray_kernels as ray_kernels
+from gradedesign.geometry.triangles import _tree_kernels as tree_kernels
 
 #: Twice the area over the square of the longest side below which a triangle counts as flat. Chosen,
 #: not measured.
@@ -81,23 +84,28 @@ def build_triangle_tree(corners: ArrayLike) -> TriangleTree:
     m = len(corners)
     if m == 0:
         raise MeshError("closest point: no triangles to search; expected at least 1")
+    right, first, count = (np.zeros(2 * m, dtype=np.int64) for _ in range(3))
+    nodes = tree_kernels.number_nodes(m, right, first, count)
+    right, first, count = right[:nodes], first[:nodes], count[:nodes]
     order = np.arange(m, dtype=np.int64)
-    nodes = 2 * m
+    centre = np.ascontiguousarray(corners.mean(axis=1).T)
+    level = np.flatnonzero(right[:1] >= 0)
+    while len(level):
+        in_ranges(tree_kernels.halve_nodes, range(len(level)), level, first, count, centre, order)
+        below = np.concatenate([level + 1, right[level]])
+        level = below[right[below] >= 0]
+    triangles, flat = np.zeros((m, 9)), np.zeros(m, dtype=np.bool_)
+    in_ranges(tree_kernels.store_triangles, range(m), corners, order, FLAT, triangles, flat)
     box = np.zeros((nodes, 6))
-    right, first, count = (np.zeros(nodes, dtype=np.int64) for _ in range(3))
-    centres = np.ascontiguousarray(corners.mean(axis=1).T)
-    used = kernels.build_tree(corners, centres, order, box, right, first, count)
-    a, b, c = np.moveaxis(corners[order], 1, 0)
-    longest = np.max([((q - p) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
-    flat = np.linalg.norm(np.cross(b - a, c - a), axis=1) <= FLAT * longest
+    tree_kernels.fill_boxes(corners, order, right, first, count, box)
     return TriangleTree(
-        triangles=np.concatenate([a, b - a, c - a], axis=1),
+        triangles=triangles,
         flat=flat,
         order=order,
-        box=box[:used],
-        right=right[:used],
-        first=first[:used],
-        count=count[:used],
+        box=box,
+        right=right,
+        first=first,
+        count=count,
     )
 
 
@@ -123,7 +131,9 @@ def closest_features(tree: TriangleTree, points: FloatArray) -> ClosestPoints:
     n = points.shape[1]
     distance, closest = np.zeros(n), np.zeros((3, n))
     triangle, feature = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int8)
-    kernels.find_closest(
+    in_ranges(
+        kernels.find_closest,
+        range(0, n, tree_kernels.CHUNK),
         tree.triangles,
         tree.flat,
         tree.box,
@@ -158,7 +168,9 @@ def distance_within(tree: TriangleTree, points: FloatArray, reach: float) -> Flo
     """
     points = _checked(points)
     distance = np.zeros(points.shape[1])
-    kernels.find_distance(
+    in_ranges(
+        kernels.find_distance,
+        range(0, points.shape[1], tree_kernels.CHUNK),
         tree.triangles,
         tree.flat,
         tree.box,
@@ -170,6 +182,44 @@ def distance_within(tree: TriangleTree, points: FloatArray, reach: float) -> Flo
         distance,
     )
     return distance
+
+
+def ray_lengths(
+    tree: TriangleTree, origins: FloatArray, directions: FloatArray, way: int = 1
+) -> FloatArray:
+    """Lengths of rays to the first triangle that they pass through, mm, ``(n,)``.
+
+    Infinite where there is none.
+
+    Parameters
+    ----------
+    origins : (3, n) array, mm
+    directions : (3, n) array
+        Of length 1.
+    way : int
+        1 out of the solid, along a triangle's normal; -1 into it; 0 both.
+
+    Raises
+    ------
+    ValueError
+        If a point is not finite or the shape is wrong.
+    """
+    origins, directions = _checked(origins), _checked(directions)
+    lengths = np.zeros(origins.shape[1])
+    in_ranges(
+        ray_kernels.find_lengths,
+        range(0, len(lengths), tree_kernels.CHUNK),
+        tree.triangles,
+        tree.box,
+        tree.right,
+        tree.first,
+        tree.count,
+        origins,
+        directions,
+        way,
+        lengths,
+    )
+    return lengths
 
 
 def _checked(points: FloatArray) -> FloatArray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray, read_only
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.geometry.triangles import _contact_kernels as kernels
 from gradedesign.geometry.triangles.closest import build_triangle_tree
 
@@ -62,12 +63,14 @@ def find_contacts(vertices: FloatArray, faces: IntArray, reach: float) -> Contac
     start = np.full(len(faces), -1, dtype=np.int64)
     partners = np.zeros(len(faces), dtype=np.int64)
     second, values = np.zeros(0, dtype=np.int64), np.zeros((0, 5))
-    kernels.find_partners(*given, start, partners, second, values)
+    in_ranges(kernels.find_partners, range(len(faces)), *given, start, partners, second, values)
     total = int(partners.sum())
     second, values = np.zeros(total, dtype=np.int64), np.zeros((total, 5))
     if total:
         start = np.cumsum(partners) - partners
-        kernels.find_partners(*given, start, partners.copy(), second, values)
+        in_ranges(
+            kernels.find_partners, range(len(faces)), *given, start, partners.copy(), second, values
+        )
     return Contacts(
         first=np.repeat(np.arange(len(faces)), partners),
         second=second,

@@ -12,7 +12,11 @@ from gradedesign.geometry.triangles.closest import (
     build_triangle_tree,
     distance_within,
 )
-from gradedesign.geometry.triangles.columns import TriangleColumns, build_columns, winding_at
+from gradedesign.geometry.triangles.grid_classifier import (
+    GridClassifier,
+    build_classifier,
+    winding_at,
+)
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
 
 
@@ -20,22 +24,22 @@ from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_poin
 class SurfaceSearch:
     """Triangles of a closed surface, ordered for distances and winding numbers.
 
-    Measured 134 bytes a triangle for the tree and 107 for the columns.
+    Measured 134 bytes a triangle for the tree and 107 for the classifier.
 
     Attributes
     ----------
     tree : TriangleTree
-    columns : TriangleColumns
+    classifier : GridClassifier
     """
 
     tree: TriangleTree
-    columns: TriangleColumns
+    classifier: GridClassifier
 
 
 def surface_search(surface: SurfaceMesh) -> SurfaceSearch:
     """Order the triangles of a closed surface; errors as in `printed_field`."""
-    columns = build_columns(surface)
-    return SurfaceSearch(tree=build_triangle_tree(corner_points(surface)), columns=columns)
+    classifier = build_classifier(surface)
+    return SurfaceSearch(tree=build_triangle_tree(corner_points(surface)), classifier=classifier)
 
 
 def printed_field(surface: SurfaceMesh, band: float) -> Field:
@@ -73,13 +77,13 @@ def field_within(search: SurfaceSearch, band: float) -> Field:
     """Signed distance as `printed_field`, from a search that several bands share."""
     if not (band > 0 and np.isfinite(band)):
         raise ValueError(f"a band of {band:g} mm knows no distance; use a positive one")
-    tree, columns = search.tree, search.columns
+    tree, classifier = search.tree, search.classifier
 
     def distance(points: FloatArray) -> FloatArray:
         points = np.asarray(points, dtype=np.float64)
         flat = np.ascontiguousarray(points.reshape(3, -1))
         value = distance_within(tree, flat, band)
-        np.negative(value, out=value, where=winding_at(columns, flat, value) > 0)
+        np.negative(value, out=value, where=winding_at(classifier, flat, value) > 0)
         return value.reshape(points.shape[1:])
 
     return distance

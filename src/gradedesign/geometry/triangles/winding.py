@@ -1,90 +1,121 @@
-"""Winding numbers of a closed surface about points of space."""
+"""Winding numbers of triangles, closed or not, about points, in logarithmic time."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.geometry.triangles import _winding_kernels as kernels
+from gradedesign.geometry.triangles._tree_kernels import CHUNK
+from gradedesign.geometry.triangles.closest import TriangleTree, build_triangle_tree
 
-#: Rays along each of the three axes, unless said otherwise.
-RAYS = 128 * 128
-#: Where in its cell of the grid a ray passes, and a turn of half a radian of the grid about the
-#: rays: off the round numbers and the directions at which parts have edges.
-_OFFSET = (0.5 + 1.0 / np.pi**3, 0.5 - 1.0 / np.e**3)
-_TURN = np.array([[np.cos(0.5), -np.sin(0.5)], [np.sin(0.5), np.cos(0.5)]])
+#: Where turned triangles are looked for, in radii of the circle in a triangle, and how often.
+#: Chosen, not measured.
+_SHARE, _ROUNDS = 0.5, 3
+#: A fall of the winding number through a triangle that settles at once that it is right; amid
+#: others that are, it is 0.45.
+_SURE = 0.25
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WindingTree:
+    """A tree of triangles with the moments of its nodes.
+
+    Attributes
+    ----------
+    tree : TriangleTree
+    turn : (m,) int array
+        By sorted place: -1 where a triangle counts turned around, else 1.
+    moments : (k, 16) array
+        As :func:`gradedesign.geometry.triangles._winding_kernels.fill_moments` fills them:
+        nodes farther away than twice their radius count by two terms, within 0.05 of the sum on a
+        smooth surface (Barill, Dickson, Schmidt, Levin & Jacobson 2018, ACM Trans. Graph. 37(4),
+        eqs. 14 to 18).
+    """
+
+    tree: TriangleTree
+    turn: IntArray
+    moments: FloatArray
+
+
+def winding_tree(tree: TriangleTree, turn: IntArray | None = None) -> WindingTree:
+    """Moments of a tree of triangles, which count as they are or turned around."""
+    if turn is None:
+        turn = np.ones(len(tree.order), dtype=np.int64)
+    moments = np.zeros((len(tree.box), 16))
+    in_ranges(
+        kernels.fill_moments,
+        range(len(moments)),
+        tree.triangles,
+        turn,
+        tree.box,
+        tree.first,
+        tree.count,
+        moments,
+    )
+    return WindingTree(tree=tree, turn=turn, moments=moments)
+
+
+def windings_about(winding: WindingTree, points: FloatArray) -> FloatArray:
+    """Winding numbers about points ``(3, n)`` mm, ``(n,)``."""
+    tree, result = winding.tree, np.zeros(points.shape[1])
+    in_ranges(
+        kernels.find_windings,
+        range(0, len(result), CHUNK),
+        tree.triangles,
+        winding.turn,
+        tree.right,
+        tree.first,
+        tree.count,
+        winding.moments,
+        np.ascontiguousarray(points, dtype=np.float64),
+        result,
+    )
+    return result
 
 
 def winding_numbers(corners: FloatArray, points: FloatArray) -> FloatArray:
-    """Solid angle of a closed shell seen from each point, over 4 pi.
+    """Winding numbers of triangles about points, within 0.05, ``(n,)``.
 
-    Van Oosterom and Strackee (1983), "The solid angle of a plane triangle", eq. 8.
+    Of a closed shell 1 inside, -1 inside a reversed one, 0 outside.
 
     Parameters
     ----------
     corners : (m, 3, 3) array, mm
-    points : (k, 3) array, mm
-
-    Returns
-    -------
-    (k,) array
-        1 inside an outward shell, -1 inside a reversed one, 0 outside.
+    points : (3, n) array, mm
     """
-    result = np.zeros(len(points))
-    kernels.solid_angles(np.ascontiguousarray(corners), np.ascontiguousarray(points), result)
-    return result
+    return windings_about(winding_tree(build_triangle_tree(corners)), points)
 
 
-class WindingVolumes(NamedTuple):
-    """Answer of :func:`winding_volumes`.
+def agreeing(winding: WindingTree) -> WindingTree:
+    """Turn around the triangles that disagree with those about them.
 
-    Attributes
-    ----------
-    solid : float, mm^3
-        Volume with a winding number of at least 1.
-    excess : float, mm^3
-        Integral of the winding number beyond 1: what the enclosed volume counts too often.
-    reversed : float, mm^3
-        Integral of the magnitude of negative winding numbers: what it takes off.
-    torn : float
-        Share of the rays that met the surface unequally often from its two sides.
+    Left out, a triangle is a hole, through which the winding number of the others falls along the
+    normal that it should have.
     """
-
-    solid: float
-    excess: float
-    reversed: float
-    torn: float
-
-
-def winding_volumes(corners: FloatArray, rays: int = RAYS) -> WindingVolumes:
-    """Volumes by winding number, from rays along the three axes.
-
-    The enclosed volume of a closed surface is ``solid + excess - reversed``; a surface that
-    neither overlaps itself nor turns inside out has neither excess nor reversed volume.
-
-    Parameters
-    ----------
-    corners : (m, 3 corners, 3 coordinates) array, mm
-        Of a closed, consistently oriented surface.
-    rays : int
-        Along each axis, about.
-    """
-    enclosed = np.zeros((3, 3))
-    torn = 0.0
-    for axis in range(3):
-        turned = np.roll(corners, 2 - axis, axis=2)
-        turned = turned - turned.min(axis=(0, 1))
-        turned[:, :, :2] @= _TURN
-        low = turned.min(axis=(0, 1))
-        turned -= low
-        extent = turned.max(axis=(0, 1))[:2]
-        share = np.sqrt(rays / np.prod(extent)) if extent.all() else 1.0
-        shape = np.clip(np.ceil(extent * share), 16, max(16, rays // 16)).astype(np.int64)
-        step = np.maximum(extent, 1e-300) / shape
-        *lengths, lost = kernels.ray_lengths(turned, step * _OFFSET, step, shape)
-        enclosed[axis] = np.array(lengths) * np.prod(step)
-        torn += lost / np.prod(shape) / 3.0
-    solid, excess, backward = enclosed.mean(axis=0)
-    return WindingVolumes(float(solid), float(excess), float(backward), float(torn))
+    tree = winding.tree
+    rise = np.zeros(len(tree.order))
+    suspect = np.ones(len(rise), dtype=bool)
+    for _ in range(_ROUNDS):
+        in_ranges(
+            kernels.find_rises,
+            range(0, len(rise), CHUNK),
+            tree.triangles,
+            winding.turn,
+            tree.right,
+            tree.first,
+            tree.count,
+            winding.moments,
+            _SHARE,
+            suspect,
+            rise,
+        )
+        against = suspect & (rise > 0.0)
+        if not against.any():
+            break
+        winding = winding_tree(tree, np.where(against, -winding.turn, winding.turn))
+        suspect = against | (rise > -_SURE)
+    return winding

@@ -12,10 +12,9 @@ from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.lattice.domain import DesignDomain, passive_at
 from gradedesign.geometry.maps.cell_map import CellMap
 from gradedesign.geometry.maps.local_cells import local_cells
-from gradedesign.geometry.part.chords import chords
 from gradedesign.geometry.part.part import Part
+from gradedesign.geometry.part.thickness import chords
 from gradedesign.geometry.tets.tet_mesh import TetMesh, centroids, signed_volumes
-from gradedesign.geometry.triangles.surface_mesh import corner_points
 from gradedesign.mechanics.fe.stress import weighted_percentile
 
 #: A tetrahedron takes the wall of median thickness within this many cells. Chosen, not measured.
@@ -68,7 +67,7 @@ def wall_faces(
     # A flat tetrahedron at a hollow face may have its centroid outside: it takes its neighbours'.
     inside_tets = np.flatnonzero(lattice & (domain.distance(middle) < 0))
     inner = middle[:, inside_tets]
-    lengths = chords(corner_points(part.surface), inner, turn)
+    lengths = chords(part.surface, inner, turn)
     ends = np.zeros((2, 3, inside_tets.size))
     free = np.ones((3, inside_tets.size), dtype=np.bool_)
     for side, (sign, length) in enumerate(zip((-1.0, 1.0), lengths, strict=True)):

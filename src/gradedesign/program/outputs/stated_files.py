@@ -38,7 +38,7 @@ def write_stated(
     with announce.stage("output"):
         files |= write_lattice_files(out, formats, made.lattice)
         if made.surface is not None:
-            warnings += crossing_warnings(made.lattice.surface, made.surface.grid)
+            warnings += crossing_warnings(made.lattice.surface)
             warnings += picture_lattice(
                 out.path_of("lattice.png"),
                 made.lattice.surface,
