@@ -90,7 +90,7 @@ def net_pieces(folder):
     registry, case = build_registry(), load_case(folder)
     stated = stated_lattice(case, registry, stated_part(case, registry))
     part, design = stated.part, stated.design
-    (net,) = design.domain.nets
+    (net,) = design.domain.on_cells
 
     def field(points):
         whole = dense_lattice(design, 3.0 * case.print.pixel_size)

@@ -64,6 +64,10 @@ PUBLIC = (
     "gradedesign.testing",
 )  # fmt: skip
 
+#: Files of the core with a name that holds the word, which may only become fewer: 60 and 115 when a
+#: solid was made of six typed tuples. Other things are kept as well, such as free unknowns.
+MOST_FILES_WITH_SKIN, MOST_FILES_WITH_KEEP = 20, 45
+
 MODULES = sorted(path for path in SOURCE.rglob("*.py"))
 PLUGIN_MODULES = sorted((ROOT / "plugins").glob("*/src/**/*.py"))
 
@@ -292,6 +296,30 @@ def unexplained_length(path):
     count = len(text) - sum(n.end_lineno - n.lineno + 1 for n in imported)
     if not (count <= LONG_FILE or is_command_line(path) or str(LONG_FILE) in "".join(text[:8])):
         yield f"{short(path)} has {count} lines; split it, or say why not in its first lines"
+
+
+def names_in(path):
+    """Every name that a file writes, words in strings and comments left out."""
+    for node in ast.walk(parsed(path)):
+        yield from (
+            word
+            for field in ("id", "attr", "name", "arg", "asname", "module")
+            if isinstance(word := getattr(node, field, None), str)
+        )
+
+
+@pytest.mark.parametrize(
+    ("word", "most"),
+    [("skin", MOST_FILES_WITH_SKIN), ("passive|keep(?!dims|ends)", MOST_FILES_WITH_KEEP)],
+)
+def test_components_are_known_to_few_files(word, most):
+    """A component stands in its own file; what others need of it is in the protocol."""
+    found = [
+        short(path)
+        for path in MODULES
+        if any(re.search(word, name, re.IGNORECASE) for name in names_in(path))
+    ]
+    assert len(found) <= most, "; ".join(found)
 
 
 def test_long_files_say_why():

@@ -37,6 +37,7 @@ ALLOWED = {
     "gradedesign.design.acceptance.body_comparison.BodyComparison": "result.json, printed",
     "gradedesign.mechanics.explicit.measures.StressMeasure": "result.json, measures",
     "gradedesign.design.printing.voids.Voids": "result.json, printability",
+    "gradedesign.design.verdict.stress_numbers.PhaseStress": "report.html",
     # Interfaces for code of others.
     "gradedesign.program.commands.app.Commands.invoke": "typer calls it",
     "gradedesign.program.commands.app.Commands.list_commands": "typer calls it",

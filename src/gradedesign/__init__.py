@@ -1,4 +1,7 @@
-"""gradedesign: the lightest printable lattice version of a part that still meets its limits."""
+"""gradedesign: the lightest printable lattice version of a part that still meets its limits.
+
+Above 300 lines: one list of the public names, with their homes.
+"""
 
 from __future__ import annotations
 
@@ -33,8 +36,14 @@ if TYPE_CHECKING:
     from gradedesign.geometry.formats.read_back import require_read_back
     from gradedesign.geometry.formats.write_stl import float32_vertices
     from gradedesign.geometry.lattice.beams import BeamLattice
+    from gradedesign.geometry.lattice.component import CellComponent, CutComponent, SolidComponent
+    from gradedesign.geometry.lattice.component_kind import (
+        ComponentEntry,
+        ComponentKind,
+        ComponentPlace,
+    )
+    from gradedesign.geometry.lattice.components.net_skin import NetSkin, depths_of
     from gradedesign.geometry.lattice.lattice import LatticeDesign, cell_gradient, lattice_field
-    from gradedesign.geometry.lattice.net_skin import depths_of
     from gradedesign.geometry.lattice.solid_layers import solid_layers
     from gradedesign.geometry.maps.cell_map import CellMap
     from gradedesign.geometry.part.exact_surface import ExactSurface
@@ -102,10 +111,15 @@ __all__ = [
     "AnisotropicStiffness",
     "BeamLattice",
     "CaseError",
+    "CellComponent",
     "CellFamily",
     "CellMaker",
     "CellMap",
     "Command",
+    "ComponentEntry",
+    "ComponentKind",
+    "ComponentPlace",
+    "CutComponent",
     "DensityError",
     "Discretisation",
     "EigenProblem",
@@ -138,6 +152,7 @@ __all__ = [
     "MeshError",
     "Mesher",
     "ModelStep",
+    "NetSkin",
     "Number",
     "Output",
     "PartError",
@@ -158,6 +173,7 @@ __all__ = [
     "Response",
     "SampledPrint",
     "ScalingLaw",
+    "SolidComponent",
     "SolidMultiple",
     "SolvedSolid",
     "SolverError",
@@ -209,8 +225,10 @@ _HOMES = {
     "mechanics.limits.limits_schema": "Allowed LimitEntry SolidMultiple as_multiple in_number "
     "stated_words",
     "geometry.lattice.beams": "BeamLattice",
+    "geometry.lattice.component": "CellComponent CutComponent SolidComponent",
+    "geometry.lattice.component_kind": "ComponentEntry ComponentKind ComponentPlace",
+    "geometry.lattice.components.net_skin": "NetSkin depths_of",
     "geometry.lattice.lattice": "LatticeDesign cell_gradient lattice_field",
-    "geometry.lattice.net_skin": "depths_of",
     "geometry.lattice.solid_layers": "solid_layers",
     "geometry.contour.sample": "checked_values",
     "mechanics.limits.analysis": "Analysis",

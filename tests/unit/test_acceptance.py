@@ -19,7 +19,8 @@ from gradedesign.design.acceptance.submodel import (
 from gradedesign.design.acceptance.submodel_choice import Submodel, submodel_box
 from gradedesign.errors import LatticeError, MeshError, ResourceError
 from gradedesign.geometry.contour.surface import extract_surface
-from gradedesign.geometry.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.geometry.lattice.components.passive import PassiveRegion
+from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.part_mesh import box_part_mesh
 from gradedesign.geometry.tets.mesher import PYTETWILD
@@ -123,7 +124,7 @@ def printed(bodies=1, clamped=(), warming=0.0, passive=()):
     """The block as a lattice design without cells."""
     domain = DesignDomain(
         distance=lambda p: np.abs(p - SIDE / 2).max(axis=0) - SIDE / 2,
-        lower=np.zeros(3), upper=np.full(3, SIDE), bodies=bodies, passive=passive,
+        lower=np.zeros(3), upper=np.full(3, SIDE), bodies=bodies, components=passive,
     )  # fmt: skip
     case = SimpleNamespace(
         run=SimpleNamespace(memory=10**9, submodel_count=2),
@@ -165,7 +166,7 @@ def mesher(monkeypatch):
 
 
 def test_an_analysis_without_a_mesh_is_measured():
-    region = PassiveRegion(distance=lambda p: p[0], margin=3.0)
+    region = PassiveRegion(to_place=lambda p: p[0], margin=3.0)
     solid = printed(clamped=(lambda p: np.asarray(p[1]),), passive=(region,))
     result = explicit(Block(peak=5.0), solid)
     by_phase = {m.phase: m for m in result.measures["pull"]}

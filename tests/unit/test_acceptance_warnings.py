@@ -4,7 +4,6 @@ from types import SimpleNamespace
 
 import pytest
 
-from gradedesign.design.case.schema import KeepSpec
 from gradedesign.design.verdict.summary import _acceptance_warnings
 from gradedesign.mechanics.limits.banded import Banded
 
@@ -15,12 +14,9 @@ RETRIED = "one thread, surface simplified first: succeeded in 12.0 s"
 
 def layered(skin=None, kept=None):
     """A solid with a skin and a kept plate of these thicknesses, mm, where they are given."""
-    domain = SimpleNamespace(
-        skins=() if skin is None else ("skin",), nets=(),
-        layers=tuple(t for t in (skin, kept) if t is not None),
-    )  # fmt: skip
-    keep = () if kept is None else (KeepSpec(region="tip", margin=f"{kept} mm"),)
-    return SimpleNamespace(design=SimpleNamespace(domain=domain), case=SimpleNamespace(keep=keep))
+    stated = {"the skin": skin, "region 'tip'": kept}
+    components = [SimpleNamespace(name=n, least=t) for n, t in stated.items() if t is not None]
+    return SimpleNamespace(design=SimpleNamespace(domain=SimpleNamespace(components=components)))
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from composed_domains import design_domain
 from small_parts import box_part, held_bar
 
 from gradedesign.design.acceptance.whole_resolution import (
@@ -22,7 +23,6 @@ from gradedesign.design.resolve.setup import prepare
 from gradedesign.errors import ResourceError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cell_surface import cell_surface
-from gradedesign.geometry.lattice.design_domain import design_domain
 from gradedesign.geometry.part.part import read_part
 from gradedesign.mechanics.explicit.analysis import PlannedSolid
 from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS

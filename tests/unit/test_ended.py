@@ -64,7 +64,7 @@ def verdict(monkeypatch):
     setup = SimpleNamespace(
         problem=SimpleNamespace(
             material=SimpleNamespace(density=1.0),
-            domain=SimpleNamespace(drains=()),
+            domain=SimpleNamespace(of=lambda _: ()),
             case=SimpleNamespace(print=None),
             part=SimpleNamespace(surface=None),
         ),

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from composed_domains import design_domain
 from plain_cells import plain_cells
 
 from gradedesign.design.case.read_case import load_case
 from gradedesign.errors import CaseError, ResourceError
-from gradedesign.geometry.lattice.design_domain import design_domain
+from gradedesign.geometry.lattice.components.filling import Filling
 from gradedesign.geometry.lattice.domain import SKIN, phase_at
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.geometry.part.part import read_part
@@ -92,7 +93,7 @@ def test_bevel_of_a_box_is_that_of_its_distance(tmp_path):
     beyond = np.abs(places - EDGES[:, None] / 2) - (EDGES[:, None] / 2 - 4.5)
     outside = (beyond > 0).any(axis=0)
     expected = 3.0 - np.linalg.norm(np.maximum(beyond, 0.0), axis=0)
-    found = domain.fillings[0].distance(places)
+    found = domain.of(Filling)[0].to_place(places)
     np.testing.assert_allclose(found[outside], expected[outside], atol=0.01)
 
 

@@ -10,9 +10,9 @@ from plain_cells import plain_cells
 from gradedesign.errors import LatticeError, ResourceError
 from gradedesign.geometry.contour.surface import extract_surface
 from gradedesign.geometry.formats.vtu import write_vtu
+from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign
-from gradedesign.geometry.lattice.skin import Skin
 from gradedesign.geometry.part.regions import Region
 from gradedesign.geometry.triangles.surface_mesh import enclosed_volume
 from gradedesign.mechanics.explicit import bricks_within_budget
@@ -56,7 +56,9 @@ def bar(memory=8e9, field=None):
         load=[LoadSpec(region="x1", force=["5 N", "0 N", "0 N"])],
     )
     design = LatticeDesign(
-        domain=DesignDomain(distance=box, lower=(0, 0, 0), upper=BOX, skins=(Skin(thickness=1.5),)),
+        domain=DesignDomain(
+            distance=box, lower=(0, 0, 0), upper=BOX, components=(Skin(thickness=1.5),)
+        ),
         cells=plain_cells(lambda u: np.cos(2 * np.pi * u).sum(axis=0), -3.0, 3.0),
         cell_map=lambda p: p / 2.0,
         cell_size=2.0,

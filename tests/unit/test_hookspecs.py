@@ -8,6 +8,7 @@ import pytest
 from gradedesign import (
     CellFamily,
     CellMaker,
+    ComponentKind,
     EigenSolver,
     ExplicitAnalysis,
     Exporter,
@@ -34,6 +35,7 @@ HOOKS = {
     "gradedesign_exporters": Exporter,
     "gradedesign_outputs": Output,
     "gradedesign_limits": LimitKind,
+    "gradedesign_components": ComponentKind,
     "gradedesign_analyses": ExplicitAnalysis,
     "gradedesign_solvers": LinearSolver,
     "gradedesign_eigen_solvers": EigenSolver,

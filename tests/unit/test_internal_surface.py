@@ -10,11 +10,11 @@ from plain_cells import plain_cells
 from gradedesign.design.case.read_case import load_case
 from gradedesign.errors import CaseError, LatticeError
 from gradedesign.geometry.formats.write_stl import surface_of_stl, write_stl
+from gradedesign.geometry.lattice.components.drain import Drain
+from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.domain import DesignDomain
-from gradedesign.geometry.lattice.drain import Drain
 from gradedesign.geometry.lattice.internal_surface import surface_behind_skin
 from gradedesign.geometry.lattice.lattice import LatticeDesign
-from gradedesign.geometry.lattice.skin import Skin
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.signed_distance import surface_distance
 from gradedesign.geometry.triangles.crossings import TOUCHING, crossing_triangles
@@ -192,8 +192,7 @@ def test_cavity_that_is_open_to_the_outside_is_refused_with_the_place():
         distance=surface_distance(part),
         lower=(0, 0, 0),
         upper=EDGES,
-        skins=(Skin(thickness=1.5),),
-        drains=(hole,),
+        components=(Skin(thickness=1.5), hole),
     )
     design = LatticeDesign(
         domain=domain,
@@ -204,5 +203,7 @@ def test_cavity_that_is_open_to_the_outside_is_refused_with_the_place():
     )
     with pytest.raises(LatticeError, match=r"reaches the part's faces at \(.*, .*, 8"):
         surface_behind_skin(design, part, 0.4)
-    closed = surface_behind_skin(replace(design, domain=replace(domain, drains=())), part, 0.4)
+    closed = surface_behind_skin(
+        replace(design, domain=replace(domain, components=domain.solids)), part, 0.4
+    )
     assert enclosed_volume(closed) == pytest.approx(np.prod(EDGES) - 9 * 5 * 5, rel=1e-6)

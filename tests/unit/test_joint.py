@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gradedesign.geometry.lattice.joint import blended, joined
+from gradedesign.geometry.lattice.components.joint import Joint, blended
 
 
 def plane(normal):
@@ -25,7 +25,7 @@ def added_section(angle, radius, n=1400, factor=1.0):
     axis = (np.arange(n) + 0.5) / n * 2 * reach - reach
     points = np.array(np.meshgrid(axis, axis, [0.0], indexing="ij")).reshape(3, -1)
     scaled = lambda p: factor * cell(p)  # noqa: E731  a cell's values are about mm only
-    union = joined(points, (scaled(points), scaled), [(solid(points), solid)], radius)
+    union = Joint(radius=radius).joined(points, (scaled(points), scaled), [(solid(points), solid)])
     plain = np.minimum(cell(points), solid(points))
     assert (union[plain < 0] < 0).all()
     return np.count_nonzero((union < 0) & (plain >= 0)) * (2 * reach / n) ** 2
@@ -82,5 +82,5 @@ def test_parallel_faces_are_left_alone():
     """A wall that lies in a skin, 0.2 mm below its face, does not thicken the skin."""
     skin, wall = plane([0, 0, 1]), (lambda p: p[2] + 0.2)
     points = np.random.default_rng(5).uniform(-1, 1, size=(3, 2000))
-    union = joined(points, (wall(points), wall), [(skin(points), skin)], 1.0)
+    union = Joint(radius=1.0).joined(points, (wall(points), wall), [(skin(points), skin)])
     np.testing.assert_array_equal(union < 0, points[2] < 0)

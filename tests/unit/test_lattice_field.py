@@ -7,8 +7,11 @@ from plain_cells import plain_cells
 from gradedesign.errors import LatticeError
 from gradedesign.geometry.contour.surface import extract_surface
 from gradedesign.geometry.lattice.banded_distance import banded_distance
+from gradedesign.geometry.lattice.components.joint import Joint
+from gradedesign.geometry.lattice.components.passive import PassiveRegion
+from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.density_grid import DensityGrid
-from gradedesign.geometry.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import (
     LatticeDesign,
     cell_field,
@@ -16,7 +19,6 @@ from gradedesign.geometry.lattice.lattice import (
     density_at,
     lattice_field,
 )
-from gradedesign.geometry.lattice.skin import Skin
 from gradedesign.geometry.triangles.surface_mesh import enclosed_volume
 
 SIZE = np.array([40.0, 20.0, 20.0])
@@ -44,11 +46,7 @@ def design(**changes):
         "density": 0.3,
     }
     stated = {"distance": box_distance, "lower": [0, 0, 0], "upper": SIZE}
-    stated |= {
-        name: changes.pop(name)
-        for name in ("upper", "skins", "passive", "joint_radius")
-        if name in changes
-    }
+    stated |= {name: changes.pop(name) for name in ("upper", "components") if name in changes}
     return LatticeDesign(domain=DesignDomain(**stated), **(settings | changes))
 
 
@@ -88,7 +86,7 @@ def test_band_saves_evaluations():
 def test_field_is_negative_exactly_in_the_solid():
     """Against the set operations of the definition, point by point."""
     d = design(
-        skins=(Skin(thickness=1.2),), passive=(PassiveRegion(distance=region_distance, margin=3.0),)
+        components=(Skin(thickness=1.2), PassiveRegion(to_place=region_distance, margin=3.0))
     )
     points = np.random.default_rng(23).uniform(-3, 43, size=(3, 50_000))
     distance = box_distance(points)
@@ -100,7 +98,7 @@ def test_field_is_negative_exactly_in_the_solid():
 
 def test_band_and_single_precision_keep_the_surface():
     d = design(
-        skins=(Skin(thickness=1.2),), passive=(PassiveRegion(distance=region_distance, margin=3.0),)
+        components=(Skin(thickness=1.2), PassiveRegion(to_place=region_distance, margin=3.0))
     )
     box = ([0, 0, 0], SIZE, 0.5)
     exact = extract_surface(lattice_field(d), *box)
@@ -128,7 +126,7 @@ def test_graded_lattice_follows_its_grid():
 
 
 def test_surface_volume_equals_the_field():
-    d = design(skins=(Skin(thickness=1.5),))
+    d = design(components=(Skin(thickness=1.5),))
     surface = extract_surface(lattice_field(d, band=1.0), [0, 0, 0], SIZE, 0.5)
     share = np.mean(lattice_field(d)(fine_points()) < 0)
     assert enclosed_volume(surface) == pytest.approx(share * SIZE.prod(), rel=1e-2)
@@ -167,13 +165,17 @@ def test_parameters_reach_the_shape():
     [
         ({"upper": [40, 20, 0]}, "box is empty"),
         ({"cell_size": 0.0}, "cell size is 0 mm"),
-        ({"passive": (PassiveRegion(distance=region_distance, margin=0.0),)}, "must be positive"),
-        ({"passive": (PassiveRegion(distance=region_distance, margin=-1.0),)}, "must be positive"),
+        (
+            {"components": lambda: PassiveRegion(to_place=region_distance, margin=0.0)},
+            "be positive",
+        ),
+        ({"components": lambda: PassiveRegion(to_place=region_distance, margin=-1.0)}, "positive"),
+        ({"components": lambda: Joint(radius=-0.5)}, "radius of joints must be positive"),
     ],
 )
 def test_impossible_designs_are_refused(changes, match):
     with pytest.raises(LatticeError, match=match):
-        design(**changes)
+        design(**{key: v() if callable(v) else v for key, v in changes.items()})
 
 
 def test_constant_shape_is_refused():

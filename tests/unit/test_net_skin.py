@@ -9,10 +9,10 @@ from scipy import ndimage
 
 from gradedesign.design.case.read_case import load_case
 from gradedesign.errors import CaseError
+from gradedesign.geometry.lattice.components.net_skin import NetSkin
 from gradedesign.geometry.lattice.domain import DesignDomain, grown
 from gradedesign.geometry.lattice.joint_volume import joint_volume
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
-from gradedesign.geometry.lattice.net_skin import NetSkin
 from gradedesign.pipeline import run
 from gradedesign.program.host.registry import build_registry
 
@@ -50,7 +50,7 @@ def bar(angle, **net):
             distance=distance,
             lower=-size,
             upper=size,
-            nets=(NetSkin(outward=lambda p: growth(distance, p), **net),) if net else (),
+            components=(NetSkin(outward=lambda p: growth(distance, p), **net),) if net else (),
         ),
         cells=plain_cells(strut),
         cell_map=lambda p: np.asarray(p) / 16.0,
@@ -105,7 +105,9 @@ def test_net_of_a_ball_is_one_piece(cell):
         distance=lambda p: np.linalg.norm(p, axis=0) - 9.0,
         lower=[-9.0] * 3,
         upper=[9.0] * 3,
-        nets=(NetSkin(thickness=1.0, reach=5.0, outward=lambda p: p / np.linalg.norm(p, axis=0)),),
+        components=(
+            NetSkin(thickness=1.0, reach=5.0, outward=lambda p: p / np.linalg.norm(p, axis=0)),
+        ),
     )
     design = LatticeDesign(
         domain=ball,
@@ -119,7 +121,7 @@ def test_net_of_a_ball_is_one_piece(cell):
     layer = ball.distance(points) > -1.0
     pieces = [
         ndimage.label((lattice_field(d)(points) < 0) & layer, np.ones((3, 3, 3)))[1]
-        for d in (design, replace(design, domain=replace(ball, nets=())))
+        for d in (design, replace(design, domain=replace(ball, components=())))
     ]
     assert pieces[0] == 1
     assert pieces[1] > 8

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from composed_domains import design_domain
 from matplotlib.image import imread
 
 from gradedesign.design.case.read_case import load_case
 from gradedesign.geometry.contour.surface import extract_surface
-from gradedesign.geometry.lattice.design_domain import design_domain
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.part import read_part
 from gradedesign.geometry.part.signed_distance import region_distance

@@ -12,8 +12,9 @@ from gradedesign.design.printing.wall_thickness import wall_thickness
 from gradedesign.errors import MeshError
 from gradedesign.fields import periodic_distance_to_level_set
 from gradedesign.geometry.contour.surface import extract_surface
-from gradedesign.geometry.lattice.domain import DesignDomain, PassiveRegion
-from gradedesign.geometry.lattice.skin import Skin
+from gradedesign.geometry.lattice.components.passive import PassiveRegion
+from gradedesign.geometry.lattice.components.skin import Skin
+from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.signed_distance import surface_distance
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
@@ -178,8 +179,10 @@ def test_phases_share_the_volume_of_the_file():
     surface = box_surface((24.0, 12.0, 12.0))
     domain = DesignDomain(
         distance=surface_distance(surface), lower=np.zeros(3), upper=np.array([24.0, 12.0, 12.0]),
-        skins=(Skin(thickness=1.0),),
-        passive=(PassiveRegion(distance=lambda p: np.abs(p[0]), margin=3.0),),
+        components=(
+            Skin(thickness=1.0),
+            PassiveRegion(to_place=lambda p: np.abs(p[0]), margin=3.0),
+        ),
     )  # fmt: skip
     volumes = phase_volumes(surface, domain, 100_000)
     # kept 3 x 12 x 12; within the skin 20 x 10 x 10 are left; by boxes

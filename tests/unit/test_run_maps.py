@@ -18,8 +18,8 @@ from gradedesign.errors import CaseError, DensityError, LatticeError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.wall_size import density_for_wall, wall_mm
+from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.lattice import density_at
-from gradedesign.geometry.lattice.skin import Skin
 from gradedesign.geometry.maps.local_cells import local_cells
 from gradedesign.geometry.maps.size_law import densities_for_sizes
 from gradedesign.geometry.tets.tet_mesh import centroids
@@ -143,7 +143,7 @@ def test_thick_walls_bear_larger_elements(tmp_path, registry):
     np.testing.assert_allclose(grading(at), [1.0, walls[1] / walls[0]], rtol=1e-6)
     # In a thin skin elements stay small.
     skin = Skin(thickness=1.5 * spacing * problem.analysis.elements_per_layer)
-    skinned = replace(problem, domain=replace(problem.domain, skins=(skin,)))
+    skinned = replace(problem, domain=replace(problem.domain, components=(skin,)))
     near = np.array([[52.0, 52.0], [10.0, 10.0], [0.5 * skin.thickness, 10.0]])
     found = wall_grading(skinned, cells, grid, spacing)(near)
     np.testing.assert_allclose(found, [1.5, walls[1] / walls[0]], rtol=1e-6)

@@ -5,9 +5,9 @@ import pytest
 import trimesh
 from plain_cells import plain_cells
 
+from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign
-from gradedesign.geometry.lattice.skin import Skin
 from gradedesign.geometry.lattice.trim import trimmed_surface
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.signed_distance import surface_distance
@@ -39,7 +39,7 @@ def shell(part, thickness):
         distance=surface_distance(part),
         lower=part.vertices.min(axis=0),
         upper=part.vertices.max(axis=0),
-        skins=(Skin(thickness=thickness),),
+        components=(Skin(thickness=thickness),),
     )
     return LatticeDesign(domain=domain, **NOTHING)
 

@@ -9,10 +9,11 @@ from plain_cells import plain_cells
 
 from gradedesign.design.case.read_case import load_case
 from gradedesign.errors import CaseError
+from gradedesign.geometry.lattice.components.joint import Joint
+from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.domain import LATTICE, SKIN, DesignDomain, phase_at
 from gradedesign.geometry.lattice.joint_volume import joint_volume
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
-from gradedesign.geometry.lattice.skin import Skin
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.signed_distance import surface_distance
 from gradedesign.pipeline import run
@@ -57,7 +58,7 @@ def top(points):
 @pytest.mark.parametrize("band", [None, 0.5])
 def test_skin_on_one_face_has_the_volume_of_a_plate(band):
     """Area times thickness; counted in layers of 8 / 48 mm, of which 1.5 mm is a whole number."""
-    field = lattice_field(design(skins=(Skin(thickness=1.5, faces=top),)), band=band)
+    field = lattice_field(design(components=(Skin(thickness=1.5, faces=top),)), band=band)
     assert volume(field) == pytest.approx(12 * 8 * 1.5, rel=1e-9)
 
 
@@ -65,7 +66,7 @@ def test_skin_on_one_face_has_the_volume_of_a_plate(band):
 def test_varying_skin_has_the_mean_volume(band):
     """0.5 to 2.5 mm along x on one face: 1.5 mm on average, in layers of 8 / 48 mm."""
     skin = Skin(thickness=2.5, thinnest=0.5, varying=lambda p: 0.5 + 2.0 * p[0] / 12.0, faces=top)
-    d = design(skins=(skin,))
+    d = design(components=(skin,))
     assert volume(lattice_field(d, band=band)) == pytest.approx(12 * 8 * 1.5, rel=0.01)
     points = np.array([[1.0, 11.0], [4.0, 4.0], [6.5, 6.5]])
     assert phase_at(d.domain, points).tolist() == [LATTICE, SKIN]
@@ -75,7 +76,7 @@ def test_joint_between_skin_and_wall_adds_what_its_law_says():
     """A wall of 4 mm in the middle meets the top skin at right angles, on both its sides."""
     radius = 1.2
     wall = lambda u: np.abs(u[0] - 1.5) - 0.5  # noqa: E731  distance in cells of 4 mm
-    d = design(wall, skins=(Skin(thickness=1.5, faces=top),), joint_radius=radius)
+    d = design(wall, components=(Skin(thickness=1.5, faces=top), Joint(radius=radius)))
     expected = 2 * (1 - np.pi / 4) * radius**2 * 8.0
     assert joint_volume(d) == pytest.approx(expected, rel=0.03)
     banded = lattice_field(d, band=0.4)

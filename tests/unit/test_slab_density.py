@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from plain_cells import plain_cells
 
+from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.density_grid import DensityGrid
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
-from gradedesign.geometry.lattice.skin import Skin
 from gradedesign.geometry.lattice.slab_density import slab_density, slab_edges, total, volumes_below
 from gradedesign.geometry.lattice.trim import trimmed_surface
 from gradedesign.geometry.part.box import box_surface
@@ -75,7 +75,7 @@ def test_target_field_and_surface_agree_on_a_ramp():
 
 
 def test_skin_counts_as_solid_in_the_target():
-    design = slabs_design(0.5, skins=(Skin(thickness=1.0),))
+    design = slabs_design(0.5, components=(Skin(thickness=1.0),))
     part = box_surface((40.0, 10.0, 10.0))
     surface = trimmed_surface(design, part, 0.5)
     slabs = slab_density(design, lattice_field(design), surface, part, axis=2, thickness=10.0)

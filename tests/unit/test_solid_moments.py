@@ -1,6 +1,5 @@
 """Moments of skins and passive regions in tetrahedra."""
 
-from dataclasses import replace
 from math import factorial
 
 import numpy as np
@@ -8,10 +7,11 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from gradedesign.geometry.lattice.domain import DesignDomain, PassiveRegion, phase_at
-from gradedesign.geometry.lattice.drain import Drain
+from gradedesign.geometry.lattice.components.drain import Drain
+from gradedesign.geometry.lattice.components.passive import PassiveRegion
+from gradedesign.geometry.lattice.components.skin import Skin
+from gradedesign.geometry.lattice.domain import DesignDomain, phase_at
 from gradedesign.geometry.lattice.joint_volume import interior_points
-from gradedesign.geometry.lattice.skin import Skin
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.part_mesh import box_part_mesh
 from gradedesign.geometry.part.signed_distance import surface_distance
@@ -21,9 +21,9 @@ from gradedesign.mechanics.sizing._solid_moment_kernels import negative_moments 
 from gradedesign.mechanics.sizing.solid_moments import (
     DIVISIONS,
     _divided,
+    _solid_value,
     solid_fraction,
     solid_moments,
-    solid_value,
 )
 
 SIZE = (12.0, 8.0, 8.0)
@@ -31,11 +31,14 @@ CORNERS = np.eye(4)
 ONE = np.arange(4)[None]
 
 
+#: Solid to 3 mm from x = 0.
+KEPT_END = PassiveRegion(to_place=lambda x: np.abs(x[0]), margin=3.0)
+
+
 def domain(**changes):
     stated = {
         "distance": surface_distance(box_surface(SIZE)), "lower": (0, 0, 0), "upper": SIZE,
-        "skins": (Skin(thickness=1.0),),
-        "passive": (PassiveRegion(distance=lambda x: np.abs(x[0]), margin=3.0),),
+        "components": (Skin(thickness=1.0), KEPT_END),
     }  # fmt: skip
     return DesignDomain(**(stated | changes))
 
@@ -111,7 +114,7 @@ def test_a_thin_skin_of_large_tetrahedra_is_exact():
     """0.1 mm below the two faces across x of 12 mm; points of a few layers see none or a lot."""
     faces = Skin(thickness=0.1, faces=lambda x: np.minimum(x[0], 12.0 - x[0]))
     mesh = box_part_mesh(SIZE, 8.0)
-    moments = solid_moments(domain(skins=(faces,), passive=()), mesh)
+    moments = solid_moments(domain(components=(faces,)), mesh)
     volume = signed_volumes(mesh) @ solid_fraction(moments)
     assert volume == pytest.approx(2 * 0.1 * 64, rel=1e-9)
 
@@ -120,7 +123,7 @@ def test_moments_put_the_solid_where_it_is():
     """The skin's second moment about the middle is that of the layer itself."""
     faces = Skin(thickness=0.5, faces=lambda x: np.minimum(x[2], 8.0 - x[2]))
     mesh = box_part_mesh(SIZE, 8.0)
-    moments = solid_moments(domain(skins=(faces,), passive=()), mesh)
+    moments = solid_moments(domain(components=(faces,)), mesh)
     z = mesh.points[2][mesh.tets] - 4.0
     times = [1 if s == t else 2 for s, t in PAIRS]
     second = sum(k * m * z[s] * z[t] for k, m, (s, t) in zip(times, moments, PAIRS, strict=True))
@@ -131,7 +134,8 @@ def test_moments_put_the_solid_where_it_is():
 def test_drains_open_the_solid_and_nothing_is_solid_without_layers():
     mesh = box_part_mesh(SIZE, 2.0)
     drained = domain(
-        drains=(
+        components=(
+            *domain().components,
             Drain(mouth=np.array([6.0, 4, 0]), inward=np.array([0.0, 0, 1]), radius=2.0, depth=8.0),
         )
     )
@@ -141,14 +145,15 @@ def test_drains_open_the_solid_and_nothing_is_solid_without_layers():
     # Two discs of 4 mm through 1 mm of skin. Chords of at most the diagonal c of pieces of half a
     # millimetre leave c^2 / (6 r^2) of a disc: 0.75 / 24.
     assert lost == pytest.approx(2 * np.pi * 4.0, rel=0.75 / 24)
-    assert not solid_moments(domain(skins=(), passive=()), mesh).any()
+    assert not solid_moments(domain(components=()), mesh).any()
 
 
 def test_value_and_phase_say_the_same():
     points = np.random.default_rng(3).uniform(0, 1, (3, 4000)) * np.array(SIZE)[:, None]
-    both = domain(skins=(Skin(thickness=1.0), Skin(thickness=3.0, faces=lambda x: x[1])))
-    for each in (domain(), both, replace(both, passive=())):
-        np.testing.assert_array_equal(solid_value(each, points) < 0, phase_at(each, points) != 0)
+    skins = (Skin(thickness=1.0), Skin(thickness=3.0, faces=lambda x: x[1]))
+    for each in (domain(), domain(components=(*skins, KEPT_END)), domain(components=skins)):
+        values = _solid_value(each, each.solids, points)
+        np.testing.assert_array_equal(values < 0, phase_at(each, points) != 0)
 
 
 def test_one_tetrahedron_by_many_points():
@@ -158,10 +163,10 @@ def test_one_tetrahedron_by_many_points():
     """
     corners = np.array([[0.0, 3, 1, 0.5], [0, 0.2, 2, 0.7], [0, 0.1, 0.3, 4]])
     mesh = TetMesh(points=corners, tets=np.arange(4)[:, None])
-    region = PassiveRegion(distance=lambda x: np.abs(x[0] + x[1] - 1.4) / np.sqrt(2), margin=0.7)
-    moments = solid_moments(domain(skins=(), passive=(region,)), mesh)[:, 0]
+    region = PassiveRegion(to_place=lambda x: np.abs(x[0] + x[1] - 1.4) / np.sqrt(2), margin=0.7)
+    moments = solid_moments(domain(components=(region,)), mesh)[:, 0]
     weights = np.random.default_rng(9).dirichlet(np.ones(4), 400_000)
-    inside = region.distance(corners @ weights.T) < region.margin
+    inside = region.to_place(corners @ weights.T) < region.margin
     assert 0.3 < inside.mean() < 0.97
     counted = [(weights[:, s] * weights[:, t] * inside).mean() for s, t in PAIRS]
     np.testing.assert_allclose(moments, counted, rtol=0.01)

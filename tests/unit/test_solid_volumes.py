@@ -4,24 +4,23 @@ import json
 
 import numpy as np
 import pytest
+from composed_domains import design_domain
 from scipy.spatial import cKDTree
 from small_parts import SHORT_BAR
 
 from gradedesign.design.case.read_case import load_case
-from gradedesign.design.case.schema import BoxSpec
 from gradedesign.design.check.check_case import check_case
 from gradedesign.errors import CaseError
 from gradedesign.geometry.formats.read_stl import read_stl
 from gradedesign.geometry.formats.write_stl import write_stl
-from gradedesign.geometry.lattice.design_domain import design_domain
+from gradedesign.geometry.lattice.components.passive import PassiveRegion
+from gradedesign.geometry.lattice.components.zone import Zones
 from gradedesign.geometry.lattice.domain import KEPT, grown, phase_at
 from gradedesign.geometry.lattice.solid_layers import solid_layers
-from gradedesign.geometry.lattice.zone_weights import zone_weights
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.part import read_part
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
-from gradedesign.mechanics.explicit.bricks_within_budget import _box_planes
-from gradedesign.program.commands.check_data import passive_solids
+from gradedesign.program.commands.check_data import kept_solids
 from gradedesign.program.host.registry import build_registry
 from gradedesign.program.outputs import stated_files
 from gradedesign.program.pictures.marks import region_marks
@@ -117,7 +116,7 @@ def test_distances_to_volumes_are_exact(tmp_path):
     ends = ends + np.linspace(0, 1, 101)[:, None, None] * ring
     outline = np.concatenate([wall.reshape(-1, 3), ends.reshape(-1, 3)])
     points = np.random.default_rng(7).uniform(-1, 9, (3, 60))
-    found = domain.passive[0].distance(points)
+    found = domain.of(PassiveRegion)[0].to_place(points)
     nearest, _ = cKDTree(outline).query(points.T)
     np.testing.assert_allclose(np.abs(found), nearest, atol=0.01)
     apart = points.T - first
@@ -161,9 +160,9 @@ def test_one_of_several_bodies_stays_solid_with_its_void(tmp_path):
 def test_a_body_is_a_place_of_a_zone_too(tmp_path):
     write_stl(tmp_path / "insert.stl", moved(box_surface((8.0, 8.0, 8.0)), 4.0, 0.0, 0.0))
     zone = '[[zone]]\nbody = {file = "insert.stl", units = "mm"}\ndensity = [0.5, 0.6]\n'
-    read, part, domain = domain_of(tmp_path, BOX, CASE + zone + 'transition = "4 mm"\n')
+    _, _, domain = domain_of(tmp_path, BOX, CASE + zone + 'transition = "4 mm"\n')
     points = np.array([[8.0, 4.0, 1.0], [4.0, 4.0, 4.0], [4.0, 4.0, 4.0]])
-    weights = zone_weights(read, part, domain.distance)(points)
+    weights = domain.of(Zones)[0].weights(points)
     np.testing.assert_allclose(weights[1], [1.0, 0.5, 0.0], atol=1e-9)
 
 
@@ -190,7 +189,7 @@ def test_check_says_which_volume_sets_the_grid_and_draws_it(tmp_path):
     # 0.04 mm, a tenth of its thickness, below the faces.
     np.testing.assert_allclose(mark.corners.min(axis=(0, 1)), [0.04, 0.04, 0.04], atol=0.01)
     np.testing.assert_allclose(mark.corners.max(axis=(0, 1)), [0.36, 7.96, 7.96], atol=0.01)
-    (solid,) = passive_solids(found)
+    (solid,) = kept_solids(found)
     assert solid["name"] == "'plate'"
     assert solid["volume_mm3"] == pytest.approx(0.4 * 64, rel=1e-4)
 
@@ -209,18 +208,14 @@ def test_check_says_which_volume_sets_the_grid_and_draws_it(tmp_path):
     ids=["box", "region", "pin", "rod", "lying"],
 )
 def test_check_states_how_much_stays_solid(tmp_path, keep, exact, error):
-    (solid,) = passive_solids(check_case(load_case(written(tmp_path, keep)), build_registry()))
+    (solid,) = kept_solids(check_case(load_case(written(tmp_path, keep)), build_registry()))
     assert solid["volume_mm3"] == pytest.approx(exact, rel=error)
 
 
 def test_finite_cells_lay_their_grid_on_faces_of_a_box_in_the_part(tmp_path):
-    _, _, domain = domain_of(tmp_path, BOX)
-    (plane,) = _box_planes(
-        BoxSpec.model_validate({"lower": ["-9 mm"] * 3, "upper": ["5 mm", "9 mm", "9 mm"]}),
-        0.5,
-        domain,
-    )
-    assert (plane.axis, plane.place, plane.area) == (0, 5.5, 64.0)
+    box = 'box = {lower = ["-9 mm", "-9 mm", "-9 mm"], upper = ["5 mm", "9 mm", "9 mm"]}'
+    _, _, domain = domain_of(tmp_path, f'{box}\nmargin = "0.5 mm"')
+    assert domain.solids[0].planes == ((0, 5.5, 64.0),)
 
 
 def test_generate_prints_a_flush_volume_solid(tmp_path, cli, monkeypatch):

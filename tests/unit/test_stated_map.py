@@ -3,6 +3,7 @@
 import meshio
 import numpy as np
 import pytest
+from composed_domains import design_domain
 from small_parts import WALLS
 
 from gradedesign.design.case.read_case import load_case
@@ -11,7 +12,6 @@ from gradedesign.design.resolve.stated_map import stated_map
 from gradedesign.errors import CaseError, DensityError, LatticeError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.family import CellFamily
-from gradedesign.geometry.lattice.design_domain import design_domain
 from gradedesign.geometry.lattice.placed_map import lattice_points
 from gradedesign.geometry.part.part import read_part
 from gradedesign.geometry.part.part_mesh import box_part_mesh

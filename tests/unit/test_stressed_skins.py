@@ -7,7 +7,6 @@ import trimesh
 from gradedesign.design.case.read_case import load_case
 from gradedesign.design.resolve.setup import prepare
 from gradedesign.errors import CaseError
-from gradedesign.geometry.lattice.skin import skin_thickness
 from gradedesign.program.host.registry import build_registry
 
 CASE = """\
@@ -64,22 +63,22 @@ def test_the_thickness_is_proportional_to_the_bending_stress_in_the_worst_load_c
     """
     heard = []
     setup = prepare(load_case(written(tmp_path)), build_registry(), heard.append)
-    (skin,) = setup.problem.domain.skins
+    (skin,) = setup.problem.domain.solids
     x = np.array([20.0, 30.0, 40.0])
     top = np.array([x, np.full(3, 8.0), np.full(3, 16.0)])
-    share = (skin_thickness(skin, top) - LEAST) / (MOST - LEAST)
+    share = (skin.thickness_at(top) - LEAST) / (MOST - LEAST)
     np.testing.assert_allclose(share / share[-1], (60.0 - x) / 20.0, rtol=0.04)
     bottom = top * np.array([[1.0], [1.0], [0.0]])
-    np.testing.assert_allclose(skin_thickness(skin, bottom), skin_thickness(skin, top), rtol=0.02)
+    np.testing.assert_allclose(skin.thickness_at(bottom), skin.thickness_at(top), rtol=0.02)
     # At mid-height bending changes its sign: the mean over elements of 4 mm is below a half.
-    middle = skin_thickness(skin, np.array([[20.0], [0.0], [8.0]]))[0]
+    middle = skin.thickness_at(np.array([[20.0], [0.0], [8.0]]))[0]
     assert (middle - LEAST) / (MOST - LEAST) < 0.5 * share[0]
     (said,) = [event.message for event in heard if event.stage == "skin"]
     assert said.startswith("as the stress of the solid part: 0.8 mm")
     # Twice the load: twice the stress everywhere, the same shares of its percentile.
     twice = prepare(load_case(written(tmp_path / "b", force="-2 kN")), build_registry())
-    other = skin_thickness(twice.problem.domain.skins[0], top)
-    np.testing.assert_allclose(other, skin_thickness(skin, top), rtol=1e-4)
+    other = twice.problem.domain.solids[0].thickness_at(top)
+    np.testing.assert_allclose(other, skin.thickness_at(top), rtol=1e-4)
 
 
 def test_the_printed_skin_is_as_thick_and_the_rest_of_the_run_knows_it(cli, tmp_path, undrawn):
@@ -92,13 +91,13 @@ def test_the_printed_skin_is_as_thick_and_the_rest_of_the_run_knows_it(cli, tmp_
     assert "until the stress" not in " ".join((ended.out + ended.err).split())
     mesh = trimesh.load(tmp_path / "out" / "lattice.stl")
     assert mesh.is_watertight
-    skin = prepare(load_case(folder), build_registry()).problem.domain.skins[0]
+    skin = prepare(load_case(folder), build_registry()).problem.domain.solids[0]
     for x in (15.0, 45.0):
         # Below the thinnest place of a row there is a void: sheets join the skin beside it.
         places = np.array([[x, y] for y in np.linspace(7.0, 9.0, 9)])
         printed = min(first_solid(mesh.triangles, place) for place in places)
         there = np.array([[x], [8.0], [16.0]])
-        assert printed == pytest.approx(skin_thickness(skin, there)[0], abs=0.1)
+        assert printed == pytest.approx(skin.thickness_at(there)[0], abs=0.1)
 
 
 def first_solid(triangles, place):

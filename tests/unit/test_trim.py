@@ -5,9 +5,10 @@ import pytest
 from plain_cells import plain_cells
 
 from gradedesign.design.printing.feather_edges import feather_edges
-from gradedesign.geometry.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.geometry.lattice.components.passive import PassiveRegion
+from gradedesign.geometry.lattice.components.skin import Skin
+from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
-from gradedesign.geometry.lattice.skin import Skin
 from gradedesign.geometry.lattice.trim import trimmed_surface
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.signed_distance import surface_distance
@@ -51,10 +52,10 @@ def test_faces_on_the_part_are_flat():
 
 def test_skin_and_passive_regions_keep_their_depth():
     """A skin of 1 mm leaves a void of 10 x (6 - 4) x 6 mm^3 beside the plate."""
-    surface = trimmed_surface(_design(skins=(Skin(thickness=1.0),)), box_surface(SIZE), 0.25)
+    surface = trimmed_surface(_design(components=(Skin(thickness=1.0),)), box_surface(SIZE), 0.25)
     assert enclosed_volume(surface) == pytest.approx(12 * 8 * 8 - 10 * 2 * 6, rel=3e-3)
-    kept = PassiveRegion(distance=lambda x: np.abs(x[0]), margin=2.0)
-    surface = trimmed_surface(_design(passive=(kept,)), box_surface(SIZE), 0.25)
+    kept = PassiveRegion(to_place=lambda x: np.abs(x[0]), margin=2.0)
+    surface = trimmed_surface(_design(components=(kept,)), box_surface(SIZE), 0.25)
     assert enclosed_volume(surface) == pytest.approx(2 * 64 + 10 * 32, rel=3e-3)
 
 

@@ -26,9 +26,9 @@ from small_parts import zone_of
 from gradedesign.design.resolve.registry import lookup
 from gradedesign.errors import CaseError, LatticeError, SolverError
 from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign
-from gradedesign.geometry.lattice.skin import Skin
 from gradedesign.mechanics.explicit.analysis import Resolution
 from gradedesign.mechanics.explicit.explicit import analyse_printed_solid
 from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS, ORDERS
@@ -467,7 +467,7 @@ def test_a_design_is_analysed_with_its_measures():
     )
     design = LatticeDesign(
         domain=DesignDomain(
-            distance=box_field(low, high), lower=low, upper=high, skins=(Skin(thickness=1.5),)
+            distance=box_field(low, high), lower=low, upper=high, components=(Skin(thickness=1.5),)
         ),
         cells=plain_cells(lambda u: np.cos(2 * np.pi * u).sum(axis=0), -3.0, 3.0),
         cell_map=lambda p: p / 2.0,

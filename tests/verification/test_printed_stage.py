@@ -12,9 +12,9 @@ from gradedesign.common.system.progress import ignore
 from gradedesign.design.acceptance.whole_solid import judge_whole
 from gradedesign.design.loop.printed_stage import printed_stage
 from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign
-from gradedesign.geometry.lattice.skin import Skin
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS
@@ -35,7 +35,7 @@ def test_a_file_of_half_the_section_moves_twice_as_far():
     )
     design = LatticeDesign(
         domain=DesignDomain(
-            distance=box_field(LOW, HIGH), lower=LOW, upper=HIGH, skins=(Skin(thickness=1.5),)
+            distance=box_field(LOW, HIGH), lower=LOW, upper=HIGH, components=(Skin(thickness=1.5),)
         ),
         cells=plain_cells(lambda u: np.cos(2 * np.pi * u).sum(axis=0), -3.0, 3.0),
         cell_map=lambda p: p / 2.0,
@@ -59,7 +59,7 @@ def test_a_file_of_half_the_section_moves_twice_as_far():
         ),
     )
     part = SimpleNamespace(surface=box_surface(HIGH))
-    domain = SimpleNamespace(skins=())
+    domain = SimpleNamespace(closed=False)
     sheets = calibrate(build_registry().cell_families["gyroid-sheet"])
     setup = SimpleNamespace(
         problem=SimpleNamespace(

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.domain import DesignDomain
-from gradedesign.geometry.lattice.skin import Skin
 from gradedesign.geometry.part.part_mesh import box_part_mesh
 from gradedesign.geometry.tets.tet_mesh import boundary_facets
 from gradedesign.mechanics.fe.facets import facet_nodes
@@ -133,7 +133,9 @@ def test_gradient_where_a_skin_lies_at_a_face(temperature, turns):
     model, limit, rho, rng = _problem((0.0, 0.0, 0.0), temperature, None)
     skin = Skin(thickness=0.7, faces=lambda x: x[2])
     upper = (20.0, 6.0, 5.0)
-    domain = DesignDomain(distance=lambda x: -x[2], lower=(0, 0, 0), upper=upper, skins=(skin,))
+    domain = DesignDomain(
+        distance=lambda x: -x[2], lower=(0, 0, 0), upper=upper, components=(skin,)
+    )
     moments = solid_moments(domain, model.space.mesh)
     model = replace(model, solid_fraction=solid_fraction(moments), solid_moments=moments)
     assert_slope(turned(model, rng) if turns else model, limit, rho, rng)

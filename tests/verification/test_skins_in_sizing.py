@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.domain import DesignDomain
-from gradedesign.geometry.lattice.skin import Skin
 from gradedesign.geometry.part.part_mesh import box_part_mesh
 from gradedesign.geometry.tets.tet_mesh import boundary_facets
 from gradedesign.mechanics.fe.assembly import strain_energy_per_element
@@ -53,7 +53,9 @@ def sandwich(size, *, nu=0.3, supports=None, temperature=0.0):
     space = tet_space(box_part_mesh((LENGTH, WIDTH, HEIGHT), size), 2)
     skin = Skin(thickness=SKIN, faces=lambda x: np.minimum(x[2], HEIGHT - x[2]))
     upper = (LENGTH, WIDTH, HEIGHT)
-    domain = DesignDomain(distance=lambda x: -x[2], lower=(0, 0, 0), upper=upper, skins=(skin,))
+    domain = DesignDomain(
+        distance=lambda x: -x[2], lower=(0, 0, 0), upper=upper, components=(skin,)
+    )
     moments = solid_moments(domain, space.mesh)
     root = [(faces_at(space, 0, 0.0), (0.0, 0.0, 0.0))]
     force = np.zeros_like(space.nodes)

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from gradedesign.geometry.cell.calibration import calibrate
-from gradedesign.geometry.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.geometry.lattice.components.passive import PassiveRegion
+from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.maps.cell_map import turned_axes, uniform_map
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.part_mesh import box_part_mesh
@@ -75,7 +76,7 @@ def plate(registry, passive=(), on_wall=str, unknown=False, **lattice):
         uniform_map(stated["edges"], stated["origin"], turned_axes(stated["rotation"])),
         SimpleNamespace(surface=surface),
         DesignDomain(
-            distance=surface_distance(surface), lower=np.zeros(3), upper=SIZE, passive=passive
+            distance=surface_distance(surface), lower=np.zeros(3), upper=SIZE, components=passive
         ),
         mesh,
         np.ones(space.element_count, dtype=bool),
@@ -233,7 +234,7 @@ def test_a_kept_face_is_no_wall(registry):
     def layer(points):
         return points[2]
 
-    passive = (PassiveRegion(distance=layer, margin=1.0),)
+    passive = (PassiveRegion(to_place=layer, margin=1.0),)
     assert not plate(registry, passive).walls.classes
 
 

@@ -10,10 +10,10 @@ from plain_cells import plain_cells
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cells import single
 from gradedesign.geometry.formats.printed_lattice import MeasuredField, PrintedLattice
+from gradedesign.geometry.lattice.components.net_skin import NetSkin
+from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
-from gradedesign.geometry.lattice.net_skin import NetSkin
-from gradedesign.geometry.lattice.skin import Skin
 from gradedesign.geometry.maps.cell_map import turned_axes, uniform_map
 from gradedesign.geometry.part.signed_distance import surface_distance
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
@@ -56,7 +56,7 @@ def design_of(cell, *, rotation=None, net=True, **parameters):
             distance=distance,
             lower=surface.vertices.min(axis=0),
             upper=surface.vertices.max(axis=0),
-            nets=nets,
+            components=nets,
         ),
         cells=single(calibrated),
         cell_map=uniform_map(2.0, (0.3, 0.1, 0.7), rotation),
@@ -103,7 +103,7 @@ def test_layers_are_those_of_the_field_point_by_point(cell, stated):
 
 def test_other_lattices_take_the_general_way():
     _, design = design_of("sc")
-    skinned = replace(design.domain, skins=(Skin(thickness=0.3),))
+    skinned = replace(design.domain, components=(Skin(thickness=0.3),))
     assert strut_lattice(replace(design, domain=skinned), 0.1) is None
     no_struts = plain_cells(design.cells.shape, 0.1, 0.1)
     assert strut_lattice(replace(design, cells=no_struts), 0.1) is None

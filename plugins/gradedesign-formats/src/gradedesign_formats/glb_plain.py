@@ -48,7 +48,7 @@ def plain_glb(data: bytes, source: str) -> tuple[bytes, dict[str, str], tuple[st
     plain.setdefault("materials", [])
     plain["buffers"] = [{"byteLength": len(binary)}] * bool(binary)
     _require_within_file(plain, len(binary), source)
-    dropped = _keep_triangles(plain, source)
+    dropped = _only_triangles(plain, source)
     names = _number_nodes(plain, source)
     warnings = (f"{source}: {dropped} sets of lines or points ignored",) if dropped else ()
     return _joined(plain, binary), names, warnings
@@ -109,7 +109,7 @@ def _require_within_file(plain: dict[str, Any], byte_count: int, source: str) ->
             )
 
 
-def _keep_triangles(plain: dict[str, Any], source: str) -> int:
+def _only_triangles(plain: dict[str, Any], source: str) -> int:
     """Reduce materials and primitives; returns how many sets of lines and points are left out."""
     plain["materials"] = [
         {"pbrMetallicRoughness": {"baseColorFactor": base["baseColorFactor"]}}

@@ -11,6 +11,7 @@ import numpy as np
 from gradedesign import (
     CellMap,
     LatticeDesign,
+    NetSkin,
     StrutAxes,
     SurfaceDistance,
     cell_gradient,
@@ -126,16 +127,15 @@ def strut_lattice(design: LatticeDesign, apart: float) -> DenseLattice | None:
         or not isinstance(cell_map, CellMap)
         or cell_map.inverse is None
         or not isinstance(domain.distance, SurfaceDistance)
-        or domain.skins or domain.passive or domain.fillings or domain.drains
-        or domain.joint_radius or len(domain.nets) > 1
-        or any(net.faces is not None for net in domain.nets)
+        or len(domain.components) > 1
+        or any(not isinstance(c, NetSkin) or c.faces is not None for c in domain.components)
     ):  # fmt: skip
         return None
     cells = _strut_arrays(design, axes, cell_map)
     # Of two samples on both sides of its surface both are nearer than this.
     exact = 1.01 * max(1.0, cells.steep) * apart
     thickness, depths = 0.0, np.zeros(0)
-    for net in domain.nets:
+    for net in domain.of(NetSkin):
         thickness, depths = net.thickness, depths_of(net, design.cell_size)
     band = surface_band(
         domain.distance, _CUBES * apart, inner=thickness + 1.01 * exact, outer=1.01 * exact

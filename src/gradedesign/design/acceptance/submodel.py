@@ -203,14 +203,14 @@ def _held_components(
     driven = np.zeros(mesh.points.shape[1], dtype=bool)
     driven[vertices[distance <= spacing]] = True
     anchored = np.bincount(labels, weights=driven[mesh.tets].sum(axis=0)) >= 3
-    keep = anchored[labels]
-    if keep.all():
+    kept = anchored[labels]
+    if kept.all():
         return mesh
-    if not keep.any():
+    if not kept.any():
         raise MeshError(
             "no component of the submodel's mesh meets the driving analysis on a cut plane"
         )
-    used, local = np.unique(mesh.tets[:, keep], return_inverse=True)
+    used, local = np.unique(mesh.tets[:, kept], return_inverse=True)
     return TetMesh(points=mesh.points[:, used], tets=np.asarray(local).reshape(4, -1))
 
 

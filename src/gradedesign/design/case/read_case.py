@@ -79,7 +79,7 @@ def load_case(
     allow_outside : bool
         Whether the part file may lie outside the folder of the case.
     brought : callable
-        Keys that registered kinds of limits and readers add, see `BroughtKeys`.
+        Keys that registered kinds and readers add, see `BroughtKeys`.
     values : mapping of dotted key to value
         As TOML gives them, such as ``{"lattice.size": "10 mm"}``; they replace those of the file.
 
@@ -125,7 +125,8 @@ class _KindsAskedFor(Exception):  # noqa: N818  control flow of `require_case_te
 def require_case_text(path: str | Path, *, allow_outside: bool) -> None:
     """Refuse a case by its text alone, before plugins and solvers are loaded.
 
-    Nothing is refused here where the text names a key of limits or part that is not the core's:
+    Nothing is refused here where the text names a key of limits, part or lattice that plugins may
+    bring:
     those who load the plugins read it again.
 
     Raises
@@ -192,10 +193,15 @@ def _named_keys(data: Mapping[str, Any], brought: BroughtKeys) -> Brought:
     What is installed beside them does not change the identity of a case.
     """
     limits, part = _more_keys(data, "limits", LimitsSpec), _more_keys(data, "part", PartSpec)
-    if not limits and not part:
+    lattice = _more_keys(data, "lattice", LatticeSpec)
+    if not limits and not part and not lattice:
         return Brought()
     every = brought()
-    return Brought(limits=_named(every.limits, limits), part=_named(every.part, part))
+    return Brought(
+        limits=_named(every.limits, limits),
+        part=_named(every.part, part),
+        lattice=_named(every.lattice, lattice),
+    )
 
 
 def _of_plugin(problem: Problem) -> Problem:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import GenericAlias
 from typing import Any, ClassVar, TypeVar
 
 from pydantic import Field, SerializeAsAny, create_model
@@ -28,10 +29,8 @@ from gradedesign.mechanics.fe.load_schema import FixSpec, LoadCaseSpec, LoadSpec
 from gradedesign.mechanics.limits.limits_schema import (
     DisplacementLimit,
     Exclusion,
-    LimitEntry,
     LimitsSpec,
     SolidMultiple,
-    with_limit_entries,
 )
 from gradedesign.mechanics.material.material_schema import MaterialSpec
 
@@ -116,7 +115,7 @@ class Case(Table):
     keep: tuple[KeepSpec, ...]
     load_case: tuple[LoadCaseSpec, ...]
     limits: SerializeAsAny[LimitsSpec]
-    lattice: LatticeSpec
+    lattice: SerializeAsAny[LatticeSpec]
     zone: tuple[ZoneSpec, ...]
     print: PrintSpec | None
     run: RunSpec
@@ -173,24 +172,40 @@ class Brought:
 
     Attributes
     ----------
-    limits : mapping of key to type of LimitEntry
+    limits : mapping of key to type of Table
         Lists of ``[limits]``, of registered kinds of limits.
     part : mapping of key to type of Table
         Tables of ``[part]``, of registered readers.
+    lattice : mapping of key to type of Table
+        Lists of ``[lattice]``, of registered kinds of components.
     """
 
-    limits: Mapping[str, type[LimitEntry]] = field(default_factory=dict)
+    limits: Mapping[str, type[Table]] = field(default_factory=dict)
     part: Mapping[str, type[Table]] = field(default_factory=dict)
+    lattice: Mapping[str, type[Table]] = field(default_factory=dict)
 
 
 def with_brought(layout: type[Layout], brought: Brought) -> type[Layout]:
     """A layout of a case file with the keys that plugins add."""
-    layout = with_limit_entries(layout, brought.limits)
-    if not brought.part:
-        return layout
-    fields: dict[str, Any] = {key: (table | None, None) for key, table in brought.part.items()}
-    part: Any = create_model("PartSpec", __base__=PartSpec, __doc__=PartSpec.__doc__, **fields)
-    return create_model(layout.__name__, __base__=layout, part=(part, ...))
+    changed: dict[str, Any] = {}
+    if brought.limits:
+        limits: Any = _with_lists(LimitsSpec, brought.limits)
+        changed["limits"] = (limits, Field(default_factory=limits))
+    if brought.lattice:
+        changed["lattice"] = (_with_lists(LatticeSpec, brought.lattice), ...)
+    if brought.part:
+        fields: dict[str, Any] = {key: (table | None, None) for key, table in brought.part.items()}
+        part = create_model("PartSpec", __base__=PartSpec, __doc__=PartSpec.__doc__, **fields)
+        changed["part"] = (part, ...)
+    return create_model(layout.__name__, __base__=layout, **changed) if changed else layout
+
+
+def _with_lists(table: type[Layout], lists: Mapping[str, type[Table]]) -> type[Layout]:
+    """A table with further lists of tables."""
+    fields: dict[str, Any] = {
+        name: (GenericAlias(tuple, (entry, ...)), ()) for name, entry in lists.items()
+    }
+    return create_model(table.__name__, __base__=table, __doc__=table.__doc__, **fields)
 
 
 def schema_json(layout: type[Table] = CaseFile, brought: Brought | None = None) -> dict[str, Any]:

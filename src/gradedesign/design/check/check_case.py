@@ -140,7 +140,13 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
     )
     run = predicted_run(resolved, inside.shape[1])
     periodic = why_periodic(
-        case, resolved.law.kind, resolved.cell, run.bounds[0], resolved.part, resolved.layout
+        case,
+        resolved.law.kind,
+        resolved.cell,
+        run.bounds[0],
+        resolved.part,
+        resolved.domain,
+        resolved.layout,
     )
     remarks += [
         *periodic_warnings(case, resolved.part, resolved.layout, periodic),

@@ -18,7 +18,7 @@ from gradedesign.design.resolve.resolved_case import (
 )
 from gradedesign.geometry.cell.cell_surface import cell_surface
 from gradedesign.geometry.cell.wall_size import wall_mm
-from gradedesign.geometry.lattice.passive import keep_words
+from gradedesign.geometry.lattice.component import KEPT, SolidComponent
 from gradedesign.mechanics.explicit.analysis import AnalysisEstimate, PlannedSolid
 from gradedesign.mechanics.explicit.small_solid import small_solid_spacing
 from gradedesign.mechanics.limits.limit import stated_goals
@@ -199,11 +199,10 @@ def predicted_grid(resolved: ResolvedCase, density: float, able: Analysable) -> 
     element, wall, thin = min(finest)
     layer = able.analysis.elements_per_layer
     spacings = {f"the thinnest wall or strut, {wall:.3g} mm at density {thin:.3g}": element}
-    for skin in case.lattice.skin:
-        spacings[f"the skin, {skin.thickness[0]:g} mm"] = skin.thickness[0] / layer
-    passive = resolved.domain.layers[len(case.lattice.skin) :]
-    for number, (keep, thick) in enumerate(zip(case.keep, passive, strict=True)):
-        spacings[f"the passive solid {keep_words(keep, number)}, {thick:.4g} mm"] = thick / layer
+    for component in resolved.domain.components:
+        kept = isinstance(component, SolidComponent) and component.phase == KEPT
+        title = f"{'the passive solid ' if kept else ''}{component.name}"
+        spacings[f"{title}, {component.least:.4g} mm"] = component.least / layer
     set_by = min(spacings, key=spacings.__getitem__)
     spacing = spacings[set_by]
     if case.run.explicit_mesh_size is not None:

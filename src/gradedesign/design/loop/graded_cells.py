@@ -45,8 +45,10 @@ def graded_cells(problem: Problem, cells: CellChoice, rho: FloatArray) -> CellCh
     if not case.lattice.graded_size:
         return cells
     with locating(case.where, "lattice.size"):
-        wanted = wanted_size(case, cells.cell, density_grid(problem, cells, rho), cells.bounds)
-        cell_map = graded_map(case, problem.part, wanted, cells.frames)
+        wanted = wanted_size(
+            case.lattice, cells.cell, density_grid(problem, cells, rho), cells.bounds
+        )
+        cell_map = graded_map(case.lattice, case.where, problem.part, wanted, cells.frames)
         layout = cell_layout(cell_map, cells.layout.points, case.lattice.edges, wanted=wanted)
     # One scale for filters and reports, whatever the design.
     return replace(cells, layout=replace(layout, typical=cells.layout.typical))

@@ -156,7 +156,7 @@ def sentence(setup: Setup, row: LimitRow, gain: float) -> str:
     upper = setup.cells.bounds[1]
     window = min(setup.cells.cell.window[1], setup.cells.law.window[1])
     helps = ["another cell", "smaller cells"]
-    if not setup.problem.case.lattice.skin:
+    if not setup.problem.domain.ties_faces:
         helps.insert(1, "a skin")
     if window > upper * (1 + AT_BOUND):
         helps.insert(0, f"[lattice] density up to {window:.3g}")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from gradedesign.common.system.progress import report_step
 from gradedesign.common.values.locate import locating
 from gradedesign.design.case.schema import Case
@@ -15,9 +17,10 @@ from gradedesign.design.resolve.predicted_part_mesh import require_mesh_fits
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.support_conflicts import require_agreeing
 from gradedesign.design.resolve.symmetry import with_symmetry
-from gradedesign.geometry.lattice.part_room import require_cells_fit, require_displacements_fit
+from gradedesign.geometry.lattice.part_room import require_cells_fit
 from gradedesign.geometry.part.part import Part, read_part
 from gradedesign.mechanics.limits.kinds import require_possible
+from gradedesign.mechanics.limits.limit_checks import require_displacements_fit
 
 
 def fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
@@ -37,9 +40,10 @@ def fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
     require_fits(case, part.surface)
     require_voxels_fit(case, part.surface)
     case = with_symmetry(with_mesh_size(case, part), part)
-    require_cells_fit(case, part)
+    require_cells_fit(case.lattice, case.part, case.run.memory, case.where, part)
     require_mesh_fits(case, part)
-    require_displacements_fit(case, part)
+    longest = float(np.ptp(part.surface.vertices, axis=0).max())
+    require_displacements_fit(case.limits, case.where, longest)
     require_apart(case, part)
     require_supported(case, part)
     require_agreeing(case, part)

@@ -7,7 +7,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.design.resolve.expected_design import expected_density, expected_design
 from gradedesign.design.resolve.resolved_case import ResolvedCase
-from gradedesign.geometry.lattice.joint_volume import joint_fraction
+from gradedesign.geometry.lattice.joint_volume import adds_to_cells, joint_fraction
 from gradedesign.geometry.tets.tet_mesh import TetMesh
 from gradedesign.mechanics.fe.stiffness import UNIFORM
 from gradedesign.mechanics.sizing.solid_moments import solid_fraction, solid_moments
@@ -25,7 +25,7 @@ def moments_with_joints(
     that skins and passive regions leave in a tetrahedron.
     """
     solid = solid_moments(resolved.domain, mesh)
-    if not resolved.domain.joint_radius and not resolved.domain.nets:
+    if not adds_to_cells(resolved.domain):
         return solid
     design = expected_design(resolved.domain, resolved.cell, resolved.layout, bounds)
     void = 1.0 - expected_density(bounds)

@@ -100,7 +100,7 @@ def oriented(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
         return replace(setup, cells=replace(cells, frames=frames))
     wanted = constant_size(case)
     with locating(case.where, "lattice.orientation"):
-        cell_map = graded_map(case, problem.part, wanted, frames)
+        cell_map = graded_map(case.lattice, case.where, problem.part, wanted, frames)
         layout = cell_layout(cell_map, cells.layout.points, case.lattice.edges, wanted=wanted)
     report = {
         **layout.report,

@@ -62,7 +62,7 @@ def planned_part(
         latticed=latticed,
         solid=solid,
         inclined=float(areas[inclined].sum()),
-        skin=float(areas.sum()) if domain.skins else 0.0,
+        skin=float(areas.sum()) if domain.closed else 0.0,
         load_cases=load_cases,
         goals=goals,
     )

@@ -12,6 +12,7 @@ from gradedesign.errors import CaseError, PluginError
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.maker import CellMaker
 from gradedesign.geometry.formats.exporter import Exporter
+from gradedesign.geometry.lattice.component_kind import ComponentKind
 from gradedesign.geometry.part.reader import PartReader
 from gradedesign.geometry.part.repairer import Repairer
 from gradedesign.geometry.tets.mesher import Mesher
@@ -36,6 +37,7 @@ Kind = Literal[
     "eigen_solvers",
     "meshers",
     "limits",
+    "components",
     "analyses",
 ]
 
@@ -53,6 +55,7 @@ NOUNS: Mapping[Kind, str] = {
     "eigen_solvers": "eigenvalue solver",
     "meshers": "mesher",
     "limits": "kind of limit",
+    "components": "kind of component",
     "analyses": "explicit analysis",
 }
 
@@ -91,7 +94,9 @@ class Registry:
     ----------
     cell_families, cell_makers, scaling_laws, materials, readers : mapping
         Name to record.
-    repairers, exporters, outputs, solvers, eigen_solvers, meshers, limits, analyses : mapping
+    repairers, exporters, outputs, solvers, eigen_solvers, meshers, limits : mapping
+        Name to record.
+    components, analyses : mapping
         Name to record.
     sources : mapping of kind to mapping of name to str
         ``"distribution version"`` that supplied the record.
@@ -115,6 +120,7 @@ class Registry:
     eigen_solvers: Mapping[str, EigenSolver]
     meshers: Mapping[str, Mesher]
     limits: Mapping[str, LimitKind]
+    components: Mapping[str, ComponentKind]
     analyses: Mapping[str, ExplicitAnalysis]
     sources: Mapping[str, Mapping[str, str]]
     plugins: tuple[PluginSource, ...]
@@ -136,7 +142,7 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     kind : str
         ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers``,
         ``repairers``, ``exporters``, ``outputs``, ``solvers``, ``eigen_solvers``, ``meshers``,
-        ``limits`` or ``analyses``.
+        ``limits``, ``components`` or ``analyses``.
     name : str
 
     Raises

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from gradedesign.common.system.progress import report_step
 from gradedesign.common.values.locate import locating
 from gradedesign.design.case.schema import Case
+from gradedesign.design.resolve.component_place import component_place
 from gradedesign.design.resolve.exclusion import judging_zones
 from gradedesign.design.resolve.expected_design import expected_design
 from gradedesign.design.resolve.explicit_analysis import explicit_analysis
@@ -35,16 +36,15 @@ from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.lattice.cell_layout import CellLayout
-from gradedesign.geometry.lattice.design_domain import design_domain
+from gradedesign.geometry.lattice.component_kind import composed, with_cuts
+from gradedesign.geometry.lattice.components.zone import Zones
 from gradedesign.geometry.lattice.domain import DesignDomain
-from gradedesign.geometry.lattice.drains import drain_warnings, drained
 from gradedesign.geometry.lattice.graded_map import require_one_thickness
 from gradedesign.geometry.lattice.part_room import (
     inner_points,
     size_warnings,
 )
 from gradedesign.geometry.lattice.placed_layout import placed_layout
-from gradedesign.geometry.lattice.skin_room import require_struts, skin_warnings
 from gradedesign.geometry.part.part import Part
 from gradedesign.geometry.tets.mesher import PYTETWILD, Mesher
 from gradedesign.mechanics.explicit.analysis import ExplicitAnalysis
@@ -131,9 +131,8 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
         resolved.case,
         registry,
         stated_zones(resolved)[0],
-        resolved.part,
+        resolved.domain.of(Zones),
         resolved.layout,
-        resolved.domain.distance,
         resolved.material.poissons_ratio,
     )
     if zones is not None:
@@ -177,20 +176,20 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
     case, part = fitting_part(case, registry)
     with locating(case.where, "lattice.cell"):
         cell = calibrate(family, parameters)
-    require_one_thickness(case, family)
-    require_struts(case, family.name, struts=cell.axes is not None)
+    require_one_thickness(case.lattice, case.where, family)
     report_step("distance field and cell map")
-    domain = design_domain(case, part)
+    place = component_place(case, part, [cell])
+    domain = composed(place, registry.components)
     # Read for its refusals: directions are followed once the part is meshed.
     stated_directions(case, domain.distance)
-    layout = placed_layout(case, part, domain)
+    layout = placed_layout(case.lattice, case.where, part, domain)
     # The window of the cell itself is tested before a law is looked for.
     density_bounds(case, cell, None, layout.least)
     with locating(case.where, "lattice.law"):
         law = planned_law(case, registry, cell, poissons_ratio=material.poissons_ratio)
     bounds, narrowed = density_bounds(case, cell, law, layout.least)
-    drains = drained(case, part, expected_design(domain, cell, layout, bounds), layout.least)
-    domain = replace(domain, drains=drains.drains)
+    expected = expected_design(domain, cell, layout, bounds)
+    domain = with_cuts(place, registry.components, expected, layout.least)
     balances = load_balances(case, part, material.density)
     return ResolvedCase(
         case=case,
@@ -212,7 +211,6 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
             *case.warnings,
             *yielding,
             *_shape_warnings(case, part, domain, layout),
-            *drain_warnings(case, drains),
             *balance_warnings(balances),
             *yielding_loads(case, part, balances, material),
             *open_load_warnings(case, part, domain, layout.typical),
@@ -225,12 +223,12 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
 def _shape_warnings(
     case: Case, part: Part, domain: DesignDomain, layout: CellLayout
 ) -> tuple[str, ...]:
-    """Warnings on the part as read, its size and walls, and its skins."""
+    """Warnings on the part as read, its size and walls, and its components."""
     return (
         *part.report.warnings,
-        *size_warnings(case, part),
+        *size_warnings(case.lattice, case.part, case.where, part),
         *thin_wall_warnings(case, part, domain, layout),
-        *skin_warnings(case, part, domain),
+        *domain.notes,
     )
 
 

@@ -85,7 +85,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     with locating(case.where, "part.mesh_size"), stepping("meshing the part"):
         mesh = part_tets(case, resolved.part, resolved.mesher)
     space = tet_space(mesh, 2)
-    resolved = with_stressed_skins(resolved, space, on_event)
+    resolved = with_stressed_skins(resolved, registry.components, space, on_event)
     report_step("supports, loads and solid volume fractions of the part")
     moments = moments_with_joints(resolved, bounds, mesh)
     shares = solid_fraction(moments)

@@ -15,10 +15,11 @@ from gradedesign.design.resolve.zones import zone_case
 from gradedesign.errors import ResourceError
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.lattice.cell_layout import CellLayout
+from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.part.part import Part
 from gradedesign.mechanics.limits.cell_buckling import KIND as BUCKLING
 from gradedesign.mechanics.sizing.cut_cells import cut_share, share_between_faces
-from gradedesign.mechanics.sizing.density_beside_passive import density_beside_passive
+from gradedesign.mechanics.sizing.density_beside_solids import density_beside_solids
 from gradedesign.mechanics.sizing.wall_cells import (
     RESOLUTIONS,
     wall_factors,
@@ -32,7 +33,13 @@ FEW_CELLS = 3.0
 
 
 def why_periodic(
-    case: Case, law_kind: str, cell: Cell, low: float, part: Part, layout: CellLayout
+    case: Case,
+    law_kind: str,
+    cell: Cell,
+    low: float,
+    part: Part,
+    domain: DesignDomain,
+    layout: CellLayout,
 ) -> str:
     """Reason why sizing takes the lattice for a periodic one everywhere; empty where it need not.
 
@@ -45,13 +52,14 @@ def why_periodic(
     low : float
         Least relative density that sizing may choose.
     part : Part
+    domain : DesignDomain
     layout : CellLayout
     """
     lattice = case.lattice
     heated = [load.name for load in case.load_case if load.temperature_change]
     if not lattice.size_effects:
         return "the case switches size effects off"
-    if lattice.skin:
+    if domain.ties_faces:
         return "a skin ties the cells at the faces, and only free faces are computed"
     own = [zone_case(case, k).lattice for k in range(len(case.zone))]
     if any((o.cell, o.parameters) != (lattice.cell, lattice.parameters) for o in own):
@@ -116,7 +124,13 @@ def with_size_effects(setup: Setup, on_event: Listener = ignore) -> Setup:
     problem, cells, model = setup.problem, setup.cells, setup.model
     domain, cell_map = problem.domain, cells.layout.cell_map
     reason = why_periodic(
-        problem.case, cells.law.kind, cells.cell, cells.bounds[0], problem.part, cells.layout
+        problem.case,
+        cells.law.kind,
+        cells.cell,
+        cells.bounds[0],
+        problem.part,
+        domain,
+        cells.layout,
     )
     warnings = periodic_warnings(problem.case, problem.part, cells.layout, reason)
     if not reason:
@@ -136,8 +150,8 @@ def with_size_effects(setup: Setup, on_event: Listener = ignore) -> Setup:
         if walls.classes:
             model = replace(model, walls=walls)
             try:
-                if domain.passive:
-                    effective = density_beside_passive(
+                if domain.solids:
+                    effective = density_beside_solids(
                         cell_map, mesh, cells.cell, cells.bounds, domain
                     )
                     model = replace(model, effective=effective)
@@ -154,8 +168,7 @@ def _faces_cut_cells(setup: Setup) -> bool:
     """Whether buckling is judged and faces of the part are free."""
     lattice = setup.problem.case.lattice
     judged = any(limit.key.kind == BUCKLING.name for limit in setup.problem.limits)
-    # A skin ties the cells at the faces.
-    return judged and lattice.size_effects and not lattice.skin
+    return judged and lattice.size_effects and not setup.problem.domain.ties_faces
 
 
 def _cut_share(setup: Setup) -> FloatArray:

@@ -11,6 +11,7 @@ from gradedesign.common.values.locate import locating
 from gradedesign.design.case.schema import Case
 from gradedesign.design.printing.build_volume import require_fits
 from gradedesign.design.printing.print_checks import require_voxels_fit
+from gradedesign.design.resolve.component_place import component_place
 from gradedesign.design.resolve.lattice_files import LatticeFile, lattice_files, require_writable
 from gradedesign.design.resolve.part_readers import part_readers
 from gradedesign.design.resolve.part_repairer import part_repairer
@@ -25,13 +26,11 @@ from gradedesign.design.resolve.stated_cells import (
 from gradedesign.design.resolve.stated_density import stated_density
 from gradedesign.design.resolve.stated_map import stated_map
 from gradedesign.geometry.cell.cells import Cells
+from gradedesign.geometry.lattice.component_kind import composed, with_cuts
 from gradedesign.geometry.lattice.density_source import DensitySource
-from gradedesign.geometry.lattice.design_domain import design_domain
-from gradedesign.geometry.lattice.drains import drain_warnings, drained
 from gradedesign.geometry.lattice.lattice import LatticeDesign
 from gradedesign.geometry.lattice.part_room import require_cells_fit, require_lattice_left
 from gradedesign.geometry.lattice.placed_map import lattice_points
-from gradedesign.geometry.lattice.skin_room import require_struts, skin_warnings
 from gradedesign.geometry.part.part import Part, read_part
 from gradedesign.mechanics.material.material import Material
 
@@ -86,7 +85,7 @@ def stated_part(case: Case, registry: Registry) -> Part:
         part = read_part(case, part_readers(case, registry), mend)
     require_fits(case, part.surface)
     require_voxels_fit(case, part.surface)
-    require_cells_fit(case, part)
+    require_cells_fit(case.lattice, case.part, case.run.memory, case.where, part)
     return part
 
 
@@ -109,21 +108,20 @@ def stated_lattice(
     material = None if case.material is None else case_material(case, registry)
     report_step("density and cell map")
     cells = stated_cells(case, registry)
-    domain = design_domain(case, part)
+    place = component_place(case, part, cells.members)
+    domain = composed(place, registry.components)
     density = stated_density(
         case, source, domain=domain, window=cells.window, level_of=cells.level_of
     )
-    for used in cells.members:
-        require_struts(case, used.name, struts=used.axes is not None)
     points = lattice_points(domain)
-    require_lattice_left(case, points, domain)
+    require_lattice_left(case.where, points, domain)
     cell_map, report = stated_map(case, part, cells.members[0], density, domain.distance, points)
     placed, transition = placed_cells(case, cells, cell_map, density=density, domain=domain)
     design = LatticeDesign(
         domain=domain, cells=placed, cell_map=cell_map, cell_size=cell_map.size, density=density
     )
-    holes = drained(case, part, design, case.lattice.cell_size)
-    design = replace(design, domain=replace(domain, drains=holes.drains))
+    domain = with_cuts(place, registry.components, design, case.lattice.cell_size)
+    design = replace(design, domain=domain)
     require_writable(
         case,
         formats,
@@ -145,8 +143,7 @@ def stated_lattice(
             *case.warnings,
             *_unjudged(case),
             *part.report.warnings,
-            *skin_warnings(case, part, domain),
-            *drain_warnings(case, holes),
+            *domain.notes,
         ),
     )
 

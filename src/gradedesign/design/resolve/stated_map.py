@@ -55,22 +55,22 @@ def stated_map(
     LatticeError
         If the map folds in the part, or the part reaches where it cannot be used.
     """
-    require_one_thickness(case, cell.family)
+    require_one_thickness(case.lattice, case.where, cell.family)
     wanted: Field | None = None
     tensor_of = stated_directions(case, distance)
     frames = None if tensor_of is None else oriented_frames(case, part, tensor_of)
     if case.lattice.graded_size and isinstance(density, DensityGrid):
         with locating(case.where, "lattice.size"):
             ends = (float(density.values.min()), float(density.values.max()))
-            wanted = wanted_size(case, cell, density, ends)
-            cell_map = graded_map(case, part, wanted, frames)
+            wanted = wanted_size(case.lattice, cell, density, ends)
+            cell_map = graded_map(case.lattice, case.where, part, wanted, frames)
     elif frames is not None:
         wanted = constant_size(case)
-        cell_map = graded_map(case, part, wanted, frames)
+        cell_map = graded_map(case.lattice, case.where, part, wanted, frames)
     else:
-        require_warps_reach(case, points)
-        cell_map = placed_map(case, part, distance)
-    key = "lattice.size" if case.lattice.graded_size else map_key(case)
+        require_warps_reach(case.lattice, case.where, points)
+        cell_map = placed_map(case.lattice, case.where, part, distance)
+    key = "lattice.size" if case.lattice.graded_size else map_key(case.where)
     with locating(case.where, "lattice.orientation" if frames is not None else key):
         report = map_report(cell_map, points, wanted=wanted)
         require_unfolded(report)

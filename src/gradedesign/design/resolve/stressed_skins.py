@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -9,19 +10,23 @@ import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.system.progress import Event, Listener, ignore, report_step
+from gradedesign.design.resolve.component_place import component_place
 from gradedesign.design.resolve.expected_design import expected_design
 from gradedesign.design.resolve.part_tets import held_loads, part_facets, used_regions
 from gradedesign.design.resolve.resolved_case import ResolvedCase
 from gradedesign.design.resolve.solid_part import dense_stiffness, solid_solutions
 from gradedesign.errors import CaseError
+from gradedesign.geometry.lattice.component_kind import (
+    ComponentKind,
+    ComponentPlace,
+    composed,
+    with_cuts,
+)
+from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.density_grid import density_grid_from_elements, evaluate
-from gradedesign.geometry.lattice.design_domain import design_domain
-from gradedesign.geometry.lattice.domain import DesignDomain
-from gradedesign.geometry.lattice.drains import drained
 from gradedesign.geometry.lattice.placed_layout import placed_layout
-from gradedesign.geometry.lattice.skin import skin_thickness
-from gradedesign.geometry.lattice.skin_room import face_places, skin_warnings
 from gradedesign.geometry.lattice.skin_schema import SkinSpec
+from gradedesign.geometry.part.face_places import face_places
 from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_facets, centroids, signed_volumes
 from gradedesign.mechanics.explicit.support_zones import evaluated_at
 from gradedesign.mechanics.fe.space import TetSpace
@@ -32,13 +37,17 @@ NO_STRAIN = 1e-10
 
 
 def with_stressed_skins(
-    resolved: ResolvedCase, space: TetSpace, on_event: Listener = ignore
+    resolved: ResolvedCase,
+    kinds: Mapping[str, ComponentKind],
+    space: TetSpace,
+    on_event: Listener = ignore,
 ) -> ResolvedCase:
     """The case with skins whose thickness follows the stress of the solid part.
 
     Parameters
     ----------
     resolved : ResolvedCase
+    kinds : mapping of name to ComponentKind
     space : TetSpace
         Of the part.
     on_event : callable, optional
@@ -54,38 +63,32 @@ def with_stressed_skins(
         return resolved
     report_step("stress that skins follow")
     share, reference = stress_share(resolved, space)
-    domain = design_domain(case, part, share)
+    place = component_place(case, part, [resolved.cell], stress=share)
+    resolved = _recomposed(resolved, place, kinds)
     closed = [spec for spec in case.lattice.skin if not spec.net]
-    for spec, skin in zip(closed, domain.skins, strict=True):
+    for spec, skin in zip(closed, resolved.domain.of(Skin), strict=True):
         if spec.follows:
-            thickness = skin_thickness(skin, face_places(part, spec.faces)[0])
+            thickness = skin.thickness_at(face_places(part, spec.faces)[0])
             on_event(Event(stage="skin", message=_skin_line(spec, thickness, reference)))
-    return _with_domain(resolved, domain)
+    return resolved
 
 
-def _with_domain(resolved: ResolvedCase, domain: DesignDomain) -> ResolvedCase:
-    """The case with another design domain of the same part: its cells and drain holes anew.
+def _recomposed(
+    resolved: ResolvedCase, place: ComponentPlace, kinds: Mapping[str, ComponentKind]
+) -> ResolvedCase:
+    """The case with its components and cells made anew in the same part.
 
     Raises
     ------
     CaseError, LatticeError
         If skin and solid regions leave no lattice, or the map of the cells cannot be used.
     """
-    case, part = resolved.case, resolved.part
-    layout = placed_layout(case, part, domain)
-    drains = drained(
-        case, part, expected_design(domain, resolved.cell, layout, resolved.bounds), layout.least
-    )
-    outdated = set(skin_warnings(case, part, resolved.domain))
-    return replace(
-        resolved,
-        domain=replace(domain, drains=drains.drains),
-        layout=layout,
-        warnings=(
-            *(warning for warning in resolved.warnings if warning not in outdated),
-            *skin_warnings(case, part, domain),
-        ),
-    )
+    domain = composed(place, kinds)
+    layout = placed_layout(place.lattice, place.where, place.part, domain)
+    expected = expected_design(domain, resolved.cell, layout, resolved.bounds)
+    domain = with_cuts(place, kinds, expected, layout.least)
+    kept = (said for said in resolved.warnings if said not in resolved.domain.notes)
+    return replace(resolved, domain=domain, layout=layout, warnings=(*kept, *domain.notes))
 
 
 def stress_share(resolved: ResolvedCase, space: TetSpace) -> tuple[Field, float]:

@@ -44,28 +44,27 @@ def wall_grading(
         of twice the edge, zones have different cells, or nets lie on the part.
     """
     domain, analysis = problem.domain, problem.analysis
-    if cells.zoning is not None or domain.nets:
+    if cells.zoning is not None or domain.on_cells:
         return None
     walls = wall_mm(cells.cell, grid.values, _sizes(cells, grid))
     # Where walls are thicker than the thinnest, this is less than 1.
     share = spacing * cells.elements_per_wall / np.maximum(walls, 1e-9 * cells.layout.least)
     shares = DensityGrid(origin=grid.origin, spacing=grid.spacing, values=np.clip(share, 0.0, 1.0))
-    layers = [(_outside(p.distance), p.margin, p.thickness or p.margin) for p in domain.passive] + [
-        (s.faces or domain.distance, s.thickness, s.thinnest or s.thickness) for s in domain.skins
-    ]
     # Layers that bear elements of twice the edge ask for nothing.
     thin = [
-        (distance, reach, least)
-        for distance, reach, least in layers
-        if least < 2.0 * spacing * analysis.elements_per_layer
+        solid
+        for solid in domain.solids
+        if solid.least < 2.0 * spacing * analysis.elements_per_layer
     ]
+    deep = any(solid.part_depth for solid in thin)
 
     def grading(points: FloatArray) -> FloatArray:
         ratio = 1.0 / np.maximum(evaluate(shares, points), 1e-9)
-        for distance, reach, least in thin:
-            near = np.abs(distance(points)) <= reach
-            wanted = max(least / (spacing * analysis.elements_per_layer), 1.0)
-            ratio = np.where(near, np.minimum(ratio, wanted), ratio)
+        to_part = domain.distance(points) if deep else None
+        for solid in thin:
+            wanted = max(solid.least / (spacing * analysis.elements_per_layer), 1.0)
+            there = solid.distance(points, to_part) <= 0.0
+            ratio = np.where(there, np.minimum(ratio, wanted), ratio)
         return ratio
 
     mesh = problem.space.mesh
@@ -77,15 +76,6 @@ def wall_grading(
         "" if share_of_part >= LEAST_SHARE else ": too little for local refinement to pay",
     )
     return grading if share_of_part >= LEAST_SHARE else None
-
-
-def _outside(distance: Field) -> Field:
-    """Distance to a region, or to a volume that is 0 within it."""
-
-    def from_outside(points: FloatArray) -> FloatArray:
-        return np.maximum(distance(points), 0.0)
-
-    return from_outside
 
 
 def _sizes(cells: CellChoice, grid: DensityGrid) -> FloatArray | float:

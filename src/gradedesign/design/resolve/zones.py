@@ -20,13 +20,7 @@ from gradedesign.geometry.cell.cells import Cells, cell_pair, largest_two, singl
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.neck import joining_shift, measure_neck
 from gradedesign.geometry.lattice.cell_layout import CellLayout
-from gradedesign.geometry.lattice.zone_weights import (
-    require_zones_used,
-    zone_names,
-    zone_weights,
-    zone_widths,
-)
-from gradedesign.geometry.part.part import Part
+from gradedesign.geometry.lattice.components.zone import Zones, require_zones_used
 from gradedesign.mechanics.material.scaling_law import has_strength
 
 
@@ -112,9 +106,8 @@ def resolve_zones(
     case: Case,
     registry: Registry,
     first: ResolvedZone,
-    part: Part,
+    stated: Sequence[Zones],
     layout: CellLayout,
-    distance: Field,
     poissons_ratio: float,
 ) -> ResolvedZones | None:
     """Zones of a case; None where it has none.
@@ -125,10 +118,9 @@ def resolve_zones(
     registry : Registry
     first : ResolvedZone
         The lattice outside every zone.
-    part : Part
+    stated : sequence of Zones
+        Of its domain: one, or none.
     layout : CellLayout
-    distance : callable
-        Signed distance of the part.
     poissons_ratio : float
         Of the base material.
 
@@ -138,11 +130,11 @@ def resolve_zones(
         As for the cells of ``[lattice]``; if a zone is empty, three of them mix somewhere, or two
         cells do not join.
     """
-    if not case.zone:
+    if not stated:
         return None
-    names, weights = zone_names(case), zone_weights(case, part, distance)
-    at_points = weights(layout.points)
-    require_zones_used(case, names, at_points)
+    (borders,) = stated
+    names, at_points = borders.names, borders.weights(layout.points)
+    require_zones_used(case.where, names, at_points)
     zones, narrowed = [first], []
     for k, name in enumerate(names[1:]):
         with locating(case.where, f"zone[{k}]"):
@@ -157,10 +149,11 @@ def resolve_zones(
     if len(members) > 1:
         _require_strengths(zones)
         with locating(case.where, "zone"):
-            cells = _joined(case, zones, members, weights, at_points)
+            length = min(borders.widths) / case.lattice.cell_size
+            cells = _joined(length, zones, members, borders.weights, at_points)
     return ResolvedZones(
         zones=tuple(zones),
-        weights=weights,
+        weights=borders.weights,
         volume_share=tuple(float(w) for w in at_points.mean(axis=1)),
         cells=cells,
         narrowed=tuple(narrowed),
@@ -211,17 +204,17 @@ def _meeting_cells(weights: FloatArray) -> list[tuple[int, int]]:
 
 
 def _joined(
-    case: Case,
+    length: float,
     zones: Sequence[ResolvedZone],
     members: tuple[Cell, ...],
     weights: Field,
     at_points: FloatArray,
 ) -> Cells:
-    """Cells of zones, moved so that those that meet join.
+    """Cells of zones, moved so that those that meet join in transitions ``length`` cells long.
 
     Parameters
     ----------
-    case : Case
+    length : float
     zones : sequence of Z ResolvedZone
     members : tuple of n Cell
         Different ones.
@@ -236,7 +229,6 @@ def _joined(
         If a transition falls apart.
     """
     number = [members.index(zone.cell) for zone in zones]
-    length = min(zone_widths(case)) / case.lattice.cell_size
     shifts: dict[int, tuple[float, float, float]] = {0: (0.0, 0.0, 0.0)}
     blends = {}
     for i, j in _meeting_cells(weights_of_cells(number, at_points)):

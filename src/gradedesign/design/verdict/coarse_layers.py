@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from gradedesign.geometry.lattice.passive import keep_words
+import numpy as np
+
 from gradedesign.mechanics.explicit.explicit import ExplicitResult
 from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
 
@@ -26,16 +27,10 @@ def coarse_layer(solid: PrintedSolid, result: ExplicitResult) -> str:
         Such as ``1.4 finite cells of 1.07 mm go through region 'tip', 1.5 mm thick, where 3 are
         enough``.
     """
-    domain = solid.design.domain
-    names = [
-        *("the skin" for _ in domain.skins),
-        *("the net" for _ in domain.nets),
-        *(keep_words(spec, number) for number, spec in enumerate(solid.case.keep)),
-    ]
-    layers = sorted(zip(domain.layers, names, strict=True))
-    if not layers or layers[0][0] >= ENOUGH * result.mesh_size:
+    components = solid.design.domain.components
+    thickness, name = min(((c.least, c.name) for c in components), default=(np.inf, ""))
+    if thickness >= ENOUGH * result.mesh_size:
         return ""
-    thickness, name = layers[0]
     return (
         f"{thickness / result.mesh_size:.1f} finite cells of {result.mesh_size:.3g} mm go through "
         f"{name}, {thickness:.3g} mm thick, where {ENOUGH:g} are enough: a larger [run] "

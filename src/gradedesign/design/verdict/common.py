@@ -89,7 +89,13 @@ def size_effects_data(setup: Setup) -> dict[str, Any]:
     if walls is None:
         problem, cells = setup.problem, setup.cells
         reason = why_periodic(
-            problem.case, cells.law.kind, cells.cell, cells.bounds[0], problem.part, cells.layout
+            problem.case,
+            cells.law.kind,
+            cells.cell,
+            cells.bounds[0],
+            problem.part,
+            problem.domain,
+            cells.layout,
         )
         return {"mode": "periodic", **({"reason": reason} if reason else {})}
     weight = setup.model.volumes * (setup.model.solid_fraction < 1)

@@ -73,7 +73,7 @@ def density_warnings(
     key = "lattice.density_map" if case.lattice.density_map is not None else "lattice.density"
     return (
         f"{case.where(key)}: the printed density of the whole part is {printed:.4f} where "
-        f"{target:.4f} is stated{', with what stays solid' if _solid(domain) else ''}, "
+        f"{target:.4f} is stated{', with what stays solid' if domain.solids else ''}, "
         f"{missed / target:+.1%} off and more than {VOLUME_ERROR:.0%}: {why}",
     )
 
@@ -110,11 +110,6 @@ def _coarse(case: Case, slabs: SlabDensities, wall: float) -> bool:
     )
 
 
-def _solid(domain: DesignDomain) -> bool:
-    """Whether some of the part stays solid."""
-    return bool(domain.passive or domain.skins or domain.fillings)
-
-
 def _of_cells(cells: Cells, domain: DesignDomain) -> str:
     """Why the field holds more or less than the cells do on average, and what helps."""
     period = cells.period
@@ -123,7 +118,7 @@ def _of_cells(cells: Cells, domain: DesignDomain) -> str:
             f"the cells are random and repeat after {period} of them, and a part of few of them "
             f"holds more or less than their mean (smaller cells come closer)"
         )
-    if _solid(domain) or domain.drains:
+    if domain.solids or domain.cuts:
         return (
             "solid regions, skins and drains lie where the cells have more, or less, solid than "
             "on average, such as along their struts, and nothing makes up for it in what is left "

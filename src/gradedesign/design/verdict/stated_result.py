@@ -19,7 +19,6 @@ from gradedesign.design.verdict.printable import thickness_data, with_print_limi
 from gradedesign.design.verdict.provenance import material_data
 from gradedesign.design.verdict.result import RunResult
 from gradedesign.geometry.contour.islands import Islands, islands_words
-from gradedesign.geometry.lattice.drains import drain_data
 from gradedesign.geometry.lattice.joint_volume import joint_volume
 from gradedesign.geometry.lattice.printed_surface import VOLUME_ERROR
 from gradedesign.geometry.lattice.slab_density import SlabDensities, total
@@ -67,7 +66,7 @@ def stated_result(registry: Registry, stated: StatedLattice, made: StatedPrint) 
             "density": density,
             "cell": {**cell_data(stated), **made.sizes},
             "cell_map": dict(stated.cell_map),
-            "drains": drain_data(stated.design.domain.drains),
+            **stated.design.domain.facts(),
             "transition": dict(stated.transition),
             "volume_mm3": volume,
             "joints_mm3": joints,

@@ -29,7 +29,6 @@ from gradedesign.design.verdict.result import RunResult
 from gradedesign.design.verdict.shown import Shown
 from gradedesign.design.verdict.stress_warnings import stress_warnings
 from gradedesign.design.verdict.zones import zone_measures
-from gradedesign.geometry.lattice.drains import drain_data
 from gradedesign.geometry.tets.meshed_surface import failed_attempts
 from gradedesign.mechanics.explicit.correction import Correction
 from gradedesign.mechanics.limits.limit import predicted_row
@@ -103,7 +102,7 @@ def partial_result(
         measures={
             **measures,
             "cell_map": dict(setup.cells.layout.report),
-            "drains": drain_data(setup.problem.domain.drains),
+            **setup.problem.domain.facts(),
         },
         **numbers,
         **common,
@@ -162,7 +161,7 @@ def verdict_result(
             **measure_data(result),
             **({"sizing": mapping} if mapping else {}) | zone_measures(setup, design.rho),
             "cell_map": dict((accepted.analysed if accepted else setup.cells).layout.report),
-            "drains": drain_data(setup.problem.domain.drains),
+            **setup.problem.domain.facts(),
         },
         printed=printed_data(printed) | outer_data(setup.problem.case, setup.problem.part.surface),
         yields=(*yields, *common.pop("yields")),

@@ -12,6 +12,7 @@ from gradedesign.errors import LatticeError
 from gradedesign.geometry.cell.strut_axes import StrutAxes
 from gradedesign.geometry.contour.surface import extract_surface, require_closed
 from gradedesign.geometry.lattice.domain import DesignDomain, grown
+from gradedesign.geometry.lattice.joint_volume import adds_to_cells
 from gradedesign.geometry.lattice.lattice import LatticeDesign, density_at
 from gradedesign.geometry.lattice.solid_layers import solid_layers
 from gradedesign.geometry.lattice.trim import OVERHANG, SHORTEST
@@ -130,7 +131,7 @@ def why_no_beams(axes: StrutAxes | None, cell_map: CellMap | None, domain: Desig
             "beams are round struts, which this cell is not made of; expected a strut cell such "
             'as bcc, write "3mf" instead'
         )
-    if domain.joint_radius or domain.drains or domain.nets:
+    if adds_to_cells(domain) or domain.cuts:
         return (
             "beams have no joints of a radius, drain holes or net-skins; write "
             '"3mf", which holds their surface, or leave these out of [lattice]'

@@ -66,7 +66,7 @@ def closed_voids(design: LatticeDesign, cell: float, least: float) -> ClosedVoid
     """
     domain = design.domain
     edges = domain.upper - domain.lower
-    wished = min([cell / PER_CELL, *(skin.least for skin in domain.skins)])
+    wished = min([cell / PER_CELL, *(solid.least for solid in domain.solids if solid.closes)])
     spacing = max(wished, float((edges.prod() / MOST_VOXELS) ** (1 / 3)))
     if spacing > wished * COARSER:
         raise ResourceError(

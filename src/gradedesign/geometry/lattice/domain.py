@@ -1,59 +1,29 @@
-"""The design domain: the part, divided into skin, passive solid and lattice."""
+"""The design domain: the part with the components of its lattice."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
 import numpy as np
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray, locked
 from gradedesign.errors import LatticeError
-from gradedesign.geometry.lattice.drain import Drain
-from gradedesign.geometry.lattice.net_skin import NetSkin
-from gradedesign.geometry.lattice.skin import Skin, skin_value, thicker
+from gradedesign.geometry.lattice.component import (
+    KEPT,
+    LATTICE,
+    SKIN,
+    CellComponent,
+    Component,
+    CutComponent,
+    JoinComponent,
+    SolidComponent,
+)
 
-#: Phases of the printed solid: indices into ``verify.measures.PHASES``.
-LATTICE, SKIN, KEPT = 0, 1, 2
+__all__ = ["KEPT", "LATTICE", "SKIN", "DesignDomain", "grown", "phase_at", "solid_at"]
 
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PassiveRegion:
-    """A region of the part that stays solid.
-
-    Attributes
-    ----------
-    distance : callable
-        Unsigned distance to a region's surface, or that to a volume, negative inside: points
-        ``(3, ...)`` mm to ``(...)`` mm.
-    margin : float, mm
-        The part is solid within this distance.
-    thickness : float, mm, optional
-        Of what is solid in the part; the margin without it.
-    from_surface : float, mm, optional
-        Of a volume, how far the part's faces were moved outward: what lies beyond them before it
-        belongs to it, so that it ends at the part's faces where it is flush with them.
-    """
-
-    distance: Field
-    margin: float
-    thickness: float | None = None
-    from_surface: float | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Filling:
-    """A place below the skins that is solid because of its shape, such as a small cavity.
-
-    Attributes
-    ----------
-    distance : callable
-        Points ``(3, ...)`` mm to ``(...)`` mm, negative inside, of slope one at most.
-    note : str
-        Remark for the user.
-    """
-
-    distance: Field
-    note: str = ""
+_Stage = TypeVar("_Stage", bound=Component)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -66,75 +36,98 @@ class DesignDomain:
         Signed distance of the part, points ``(3, ...)`` mm to ``(...)`` mm, negative inside.
     lower, upper : (3,) array, mm
         Box around the part.
-    skins : tuple of Skin
-        Solid layers below its faces.
-    nets : tuple of NetSkin
-        Struts laid onto its faces; they count as lattice.
-    passive : tuple of PassiveRegion
-        Regions that stay solid.
-    fillings : tuple of Filling
-        Further solid places; they count as skin.
-    drains : tuple of Drain
-        Holes that cut lattice, skins and passive regions.
-    joint_radius : float, mm
-        Of the fillets where lattice, skins and passive regions meet; 0: none.
+    components : tuple of Component
+        What lies in it beside the cells.
     bodies : int
         Connected components of the part.
     least_rim : float, mm
         Rims of less solid below the part's faces, at flat angles, are left out; 0: none.
     overhang : float, mm
         By which the faces of ``distance`` lie outside those of the part, see `grown`.
+    notes : tuple of str
+        Remarks for the user on its components.
 
     Raises
     ------
     LatticeError
-        If the box is empty, a margin is not positive, or the radius of joints is negative.
+        If the box is empty.
     """
 
     distance: Field
     lower: FloatArray
     upper: FloatArray
-    skins: tuple[Skin, ...] = ()
-    nets: tuple[NetSkin, ...] = ()
-    passive: tuple[PassiveRegion, ...] = ()
-    fillings: tuple[Filling, ...] = ()
-    drains: tuple[Drain, ...] = ()
-    joint_radius: float = 0.0
+    components: tuple[Component, ...] = ()
     bodies: int = 1
     least_rim: float = 0.0
     overhang: float = 0.0
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lower", locked(self.lower, (3,), name="lower"))
         object.__setattr__(self, "upper", locked(self.upper, (3,), name="upper"))
         if not (self.upper > self.lower).all():
             raise LatticeError(f"the lattice's box is empty: {self.lower} to {self.upper} mm")
-        margins = [p.margin for p in self.passive]
-        if any(not s > 0 for s in margins) or not self.joint_radius >= 0:
-            raise LatticeError(
-                f"margins of passive regions must be positive and the radius of joints not "
-                f"negative, got {margins} mm and {self.joint_radius:g} mm; leave out what is not "
-                f"wanted"
-            )
+
+    def of(self, stage: type[_Stage]) -> tuple[_Stage, ...]:
+        """Components of one class."""
+        return tuple(c for c in self.components if isinstance(c, stage))
+
+    @property
+    def solids(self) -> tuple[SolidComponent, ...]:
+        """Places that are solid."""
+        return tuple(c for c in self.components if isinstance(c, SolidComponent))
+
+    @property
+    def on_cells(self) -> tuple[CellComponent, ...]:
+        """Components that add to the cells."""
+        return tuple(c for c in self.components if isinstance(c, CellComponent))
+
+    @property
+    def cuts(self) -> tuple[CutComponent, ...]:
+        """Components that take material away."""
+        return tuple(c for c in self.components if isinstance(c, CutComponent))
 
     @property
     def lattice_only(self) -> bool:
         """Whether no place of the part is solid."""
-        return not self.skins and not self.passive
+        return not self.solids
+
+    @property
+    def closed(self) -> bool:
+        """Whether solids close the lattice in below faces of the part."""
+        return any(solid.closes for solid in self.solids)
+
+    @property
+    def join(self) -> JoinComponent | None:
+        """Rounded corners between cells and solids."""
+        return next((c for c in self.components if isinstance(c, JoinComponent)), None)
+
+    @property
+    def ties_faces(self) -> bool:
+        """Whether cells are held at the part's faces."""
+        return any(c.ties_faces for c in self.components)
 
     @property
     def layers(self) -> tuple[float, ...]:
-        """Least thicknesses of its skins, nets and passive regions, mm, in their order."""
-        passive = [p.margin if p.thickness is None else p.thickness for p in self.passive]
-        return (*(s.least for s in self.skins), *(n.thickness for n in self.nets), *passive)
+        """Least thicknesses that grids must resolve, mm."""
+        return tuple(c.least for c in self.components if np.isfinite(c.least))
 
+    def with_components(self, more: Sequence[Component], notes: Sequence[str] = ()) -> DesignDomain:
+        """The domain with further components and remarks on them."""
+        return replace(self, components=(*self.components, *more), notes=(*self.notes, *notes))
 
-def passive_at(domain: DesignDomain, points: FloatArray) -> BoolArray:
-    """Whether points ``(3, ...)`` mm lie in a passive region, ``(...)``."""
-    inside = np.zeros(np.shape(points)[1:], dtype=bool)
-    for region in domain.passive:
-        inside |= region.distance(points) < region.margin
-    return inside
+    def facts(self) -> dict[str, list[dict[str, Any]]]:
+        """Plain data of its components for ``result.json``, by measure."""
+        listed: dict[str, list[dict[str, Any]]] = {"drains": []}
+        for component in self.components:
+            if component.listed:
+                listed.setdefault(component.listed, []).append(dict(component.facts))
+        return listed
+
+    def plain(self) -> DesignDomain:
+        """The domain without what adds to the cells or rounds corners."""
+        rest = tuple(c for c in self.components if not isinstance(c, CellComponent | JoinComponent))
+        return replace(self, components=rest)
 
 
 def phase_at(
@@ -145,17 +138,21 @@ def phase_at(
     ``distance`` is that of the part where it is known already.
     """
     phase = np.full(np.shape(points)[1:], LATTICE, dtype=np.int64)
-    if domain.skins:
-        to_part = domain.distance(points) if distance is None else distance
-        for skin in domain.skins:
-            phase[skin_value(skin, points, to_part) < 0] = SKIN
-    for filling in domain.fillings:
+    to_part = distance
+    # Where several solids lie, the later phase counts.
+    for solid in sorted(domain.solids, key=lambda solid: -solid.phase):
+        if to_part is None and solid.part_depth:
+            to_part = domain.distance(points)
         open_ones = phase == LATTICE
-        filled = filling.distance(np.asarray(points)[:, open_ones]) < 0
-        phase[open_ones] = np.where(filled, SKIN, LATTICE)
-    if domain.passive:
-        phase[passive_at(domain, points)] = KEPT
+        there = None if to_part is None else to_part[open_ones]
+        inside = solid.distance(np.asarray(points)[:, open_ones], there) < 0
+        phase[open_ones] = np.where(inside, solid.phase, LATTICE)
     return phase
+
+
+def solid_at(domain: DesignDomain, points: FloatArray) -> BoolArray:
+    """Whether points of the part ``(3, ...)`` mm lie in a solid, ``(...)``."""
+    return np.asarray(phase_at(domain, points) != LATTICE)
 
 
 def grown(domain: DesignDomain, overhang: float) -> DesignDomain:
@@ -165,20 +162,7 @@ def grown(domain: DesignDomain, overhang: float) -> DesignDomain:
         domain,
         distance=lambda points: inner(points) - overhang,
         overhang=domain.overhang + overhang,
-        skins=tuple(thicker(skin, overhang) for skin in domain.skins),
-        nets=tuple(
-            replace(
-                net,
-                thickness=net.thickness + overhang,
-                reach=net.reach + overhang,
-                start=net.start + overhang,
-            )
-            for net in domain.nets
-        ),
-        passive=tuple(
-            p if p.from_surface is None else replace(p, from_surface=p.from_surface + overhang)
-            for p in domain.passive
-        ),
+        components=tuple(component.grown(overhang) for component in domain.components),
         lower=domain.lower - overhang,
         upper=domain.upper + overhang,
     )

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from gradedesign.arrays import Field, FloatArray
-from gradedesign.common.values.locate import locating
-from gradedesign.design.case.schema import Case
+from gradedesign.common.values.locate import Where, locating
 from gradedesign.errors import CaseError
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.lattice.density_grid import DensityGrid, evaluate
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.maps.cell_map import CellMap, constant_jacobian, turned_axes
 from gradedesign.geometry.maps.phase_fields import default_spacing, graded_size_map
 from gradedesign.geometry.maps.size_law import size_field_by_ratio, size_field_for_wall
@@ -18,15 +18,15 @@ from gradedesign.geometry.part.part import Part
 ROTATION_FREE = 3
 
 
-def require_one_thickness(case: Case, family: CellFamily) -> None:
+def require_one_thickness(lattice: LatticeSpec, where: Where, family: CellFamily) -> None:
     """Refuse ``grading = "thickness"`` of cells whose walls have no one thickness.
 
     Raises
     ------
     CaseError
     """
-    if case.lattice.grading == "thickness" and not family.distance:
-        with locating(case.where, "lattice.grading"):
+    if lattice.grading == "thickness" and not family.distance:
+        with locating(where, "lattice.grading"):
             raise CaseError(
                 f'grading = "thickness" needs walls of one thickness in each cell, which '
                 f"'{family.name}' does not have; take a cell whose name ends in -wall "
@@ -35,7 +35,7 @@ def require_one_thickness(case: Case, family: CellFamily) -> None:
 
 
 def wanted_size(
-    case: Case,
+    spec: LatticeSpec,
     cell: Cell,
     density: DensityGrid,
     ends: tuple[float, float],
@@ -44,13 +44,12 @@ def wanted_size(
 
     Parameters
     ----------
-    case : Case
+    spec : LatticeSpec
     cell : Cell
     density : DensityGrid
     ends : (float, float)
         Densities of the largest and of the smallest cells, where wall and size both follow.
     """
-    spec = case.lattice
     sizes = (spec.size[0], spec.size[-1])
 
     def rho(points: FloatArray) -> FloatArray:
@@ -61,12 +60,15 @@ def wanted_size(
     return size_field_by_ratio(rho, cell, sizes, ends)
 
 
-def graded_map(case: Case, part: Part, wanted: Field, frames: Field | None = None) -> CellMap:
+def graded_map(
+    spec: LatticeSpec, where: Where, part: Part, wanted: Field, frames: Field | None = None
+) -> CellMap:
     """Phase fields of cells of the wanted size, from the case's origin and along its axes.
 
     Parameters
     ----------
-    case : Case
+    spec : LatticeSpec
+    where : Where
     part : Part
     wanted : callable
         Points ``(3, ...)`` mm to sizes ``(...)``, mm.
@@ -79,14 +81,14 @@ def graded_map(case: Case, part: Part, wanted: Field, frames: Field | None = Non
     CaseError, DensityError, ResourceError
         As `graded_size_map`.
     """
-    spec, corners = case.lattice, part.surface.vertices
+    corners = part.surface.vertices
     lower, upper = corners.min(axis=0), corners.max(axis=0)
     axes = turned_axes(spec.rotation)
 
     def frame(points: FloatArray) -> FloatArray:
         return constant_jacobian(axes.T, points)
 
-    with locating(case.where, "lattice.size"):
+    with locating(where, "lattice.size"):
         return graded_size_map(
             wanted,
             lower,

@@ -123,7 +123,7 @@ def require_thick_skin(domain: DesignDomain, least: float, why: str) -> None:
     ------
     LatticeError
     """
-    thickness = max((s.least for s in domain.skins if s.faces is None), default=0.0)
+    thickness = max((s.least for s in domain.solids if s.all_round), default=0.0)
     if thickness < least:
         raise LatticeError(
             f"a skin of {thickness:.3g} mm keeps the internal surface too near the part's "

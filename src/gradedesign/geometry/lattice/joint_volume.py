@@ -1,4 +1,4 @@
-"""Material that blended joints and net-skins add to the lattice, measured."""
+"""Material that components add to cells and to their corners with solids, measured."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.common.system.progress import report_step
 from gradedesign.geometry.cell.shape import spread_points
+from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.geometry.tets.tet_mesh import TetMesh
 
@@ -22,9 +23,14 @@ INTERIOR_POINTS = 20
 _BATCH = 1 << 18
 
 
+def adds_to_cells(domain: DesignDomain) -> bool:
+    """Whether components add to the cells, or to their corners with solids."""
+    return bool(domain.on_cells or domain.join)
+
+
 def joint_volume(design: LatticeDesign) -> float:
-    """Volume that joints and net-skins add to lattice, skins and passive regions, mm^3."""
-    if not design.domain.joint_radius and not design.domain.nets:
+    """Volume that joins, and components on the cells, add to cells and solids, mm^3."""
+    if not adds_to_cells(design.domain):
         return 0.0
     report_step("volume of the joints")
     added = _added(design)
@@ -38,9 +44,9 @@ def joint_volume(design: LatticeDesign) -> float:
 
 
 def joint_fraction(design: LatticeDesign, mesh: TetMesh) -> FloatArray:
-    """Share of every tetrahedron that is joint or net-skin, by interior points, ``(M,)``."""
+    """Share of every tetrahedron that only they fill, by interior points, ``(M,)``."""
     count = mesh.tets.shape[1]
-    if not design.domain.joint_radius and not design.domain.nets:
+    if not adds_to_cells(design.domain):
         return np.zeros(count)
     report_step("volume fractions of the joints")
     added = _added(design)
@@ -66,10 +72,11 @@ def interior_points(mesh: TetMesh) -> FloatArray:
 
 
 def _added(design: LatticeDesign) -> Callable[[FloatArray], BoolArray]:
-    """Whether points ``(3, ...)`` mm are solid through a joint or a net-skin alone."""
+    """Whether points ``(3, ...)`` mm are solid through a join or a component on the cells alone."""
     domain = design.domain
-    band = max([domain.joint_radius, *(net.thickness for net in domain.nets)])
-    plain = replace(design, domain=replace(domain, joint_radius=0.0, nets=()))
+    join = [] if domain.join is None else [domain.join.radius]
+    band = max(join + [c.least for c in domain.on_cells])
+    plain = replace(design, domain=domain.plain())
     with_joints, without = (lattice_field(d, band=band) for d in (design, plain))
 
     def added(points: FloatArray) -> BoolArray:

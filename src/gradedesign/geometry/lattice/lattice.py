@@ -22,7 +22,7 @@ class LatticeDesign:
     Attributes
     ----------
     domain : DesignDomain
-        The part, its skins and its passive regions.
+        The part with the components of the lattice.
     cells : Cells
     cell_map : callable
         Points ``(3, ...)`` mm to cell coordinates u ``(3, ...)``.
@@ -113,11 +113,11 @@ def cell_field(design: LatticeDesign, *, single: bool = False) -> Field:
 def uncut_field(design: LatticeDesign, *, band: float, single: bool = False) -> Field:
     """`lattice_field` for a contour that the part cuts afterwards.
 
-    Where no skin, passive region, net, filling or rim needs the part's distance, it is that of the
-    cells less drain holes, which go on beyond the part.
+    Where no solid, component on the cells or rim needs the part's distance, it is that of the cells
+    less the cuts, which go on beyond the part.
     """
     domain = design.domain
-    if not domain.lattice_only or domain.nets or domain.fillings or domain.least_rim:
+    if not domain.lattice_only or domain.on_cells or domain.least_rim:
         return lattice_field(design, band=band, single=single)
     exact = cell_field(design)
     cell = cell_field(design, single=True) if single else exact
@@ -128,18 +128,18 @@ def uncut_field(design: LatticeDesign, *, band: float, single: bool = False) -> 
 def lattice_field(
     design: LatticeDesign, *, band: float | None = None, single: bool = False
 ) -> Field:
-    """Field of the trimmed lattice with skins and passive regions, negative inside, about mm.
+    """Field of the trimmed lattice with the components of its domain, negative inside, about mm.
 
-    ``max(part, min(cell, skins, passive regions))``, the minimum with fillets of the domain's
-    ``joint_radius``. The part's distance is evaluated once per point.
+    ``max(part, min(cell, solids))``, the minimum with the fillets of a join, less the cuts. The
+    part's distance is evaluated once per point.
 
     Parameters
     ----------
     design : LatticeDesign
     band : float, optional, mm
         Reach within which distances must be exact, two sampling spacings or more. Further away
-        they are replaced by bounds from a coarse grid (which needs ``part`` and the passive
-        regions to be true distances), and outside the part the cell is left out. ``None``:
+        they are replaced by bounds from a coarse grid (which needs ``part`` and the
+        solids to be true distances), and outside the part the cell is left out. ``None``:
         exact everywhere.
     single : bool
         As in :func:`cell_field`.

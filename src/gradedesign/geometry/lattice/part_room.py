@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.common.values.problems import dotted
-from gradedesign.design.case.schema import Case
+from gradedesign.common.values.locate import Where
 from gradedesign.errors import CaseError, ResourceError
 from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.lattice.placed_map import REPORT_POINTS
 from gradedesign.geometry.maps.cell_map import turned_axes
 from gradedesign.geometry.maps.map_report import volume_points
 from gradedesign.geometry.part.part import Part
+from gradedesign.geometry.part.part_schema import PartSpec
 from gradedesign.geometry.part.raw_triangles import UNIT_MM
-from gradedesign.mechanics.limits.limit_checks import stated_displacements
 
 #: Longest edge of a part, mm, outside which its unit is questioned: a part of 250 mm whose inches
 #: are read as mm is 10 mm long, one of 10 mm whose mm are read as m 10 m. Chosen, not measured.
@@ -30,25 +30,27 @@ _USUAL_CELLS = (2.0, 300.0)
 _NODES_PER_CELL = 4
 
 
-def size_warnings(case: Case, part: Part) -> tuple[str, ...]:
+def size_warnings(
+    lattice: LatticeSpec, stated: PartSpec, where: Where, part: Part
+) -> tuple[str, ...]:
     """Warnings for a part whose unit may be wrong, and for cells longer than it is wide."""
     edges = np.ptp(part.surface.vertices, axis=0)
     low, high = USUAL_EDGE
     remarks = []
     if not low <= edges.max() <= high:
         size = " x ".join(f"{edge:.4g}" for edge in edges)
-        key = "part.units" if case.part.units else "part"
-        others = _other_units(case, float(edges.max()))
+        key = "part.units" if stated.units else "part"
+        others = _other_units(lattice, stated, float(edges.max()))
         remarks.append(
-            f"{case.where(key)}: the part is {size} mm; is its unit right"
+            f"{where(key)}: the part is {size} mm; is its unit right"
             + (f" ({others} long)?" if others else "?")
         )
-    if len(case.lattice.size) == 3 and case.lattice.cell_map is None:
-        along = np.ptp(turned_axes(case.lattice.rotation).T @ part.surface.vertices.T, axis=1)
+    if len(lattice.size) == 3 and lattice.cell_map is None:
+        along = np.ptp(turned_axes(lattice.rotation).T @ part.surface.vertices.T, axis=1)
         remarks += [
-            f"{case.where('lattice.size')}: cells are {cell:g} mm long along their {axis} axis, "
+            f"{where('lattice.size')}: cells are {cell:g} mm long along their {axis} axis, "
             f"along which the part is {edge:.4g} mm: less than one cell; is its unit right?"
-            for axis, cell, edge in zip("xyz", case.lattice.edges, along, strict=True)
+            for axis, cell, edge in zip("xyz", lattice.edges, along, strict=True)
             if cell > edge * (1 + _ROUNDING)
         ]
     return tuple(remarks)
@@ -59,7 +61,9 @@ def inner_points(domain: DesignDomain) -> FloatArray:
     return volume_points(domain.distance, domain.lower, domain.upper, REPORT_POINTS)
 
 
-def require_cells_fit(case: Case, part: Part) -> None:
+def require_cells_fit(
+    lattice: LatticeSpec, stated: PartSpec, memory: float, where: Where, part: Part
+) -> None:
     """Refuse cells longer than the whole part, or too many for a grid of densities.
 
     The unit of the part is asked for where another one makes its cells fit.
@@ -70,77 +74,57 @@ def require_cells_fit(case: Case, part: Part) -> None:
         Naming file, line, what was found and what would fit.
     """
     edges = np.ptp(part.surface.vertices, axis=0)
-    cell, longest = case.lattice.cell_size, float(edges.max())
-    where = case.where("lattice.size")
-    if max(case.lattice.size) > longest * (1 + _ROUNDING):
+    cell, longest = lattice.cell_size, float(edges.max())
+    size, other = where("lattice.size"), _or_that_of_the_part(lattice, stated, longest)
+    if max(lattice.size) > longest * (1 + _ROUNDING):
         raise CaseError(
-            f"{where}: found cells of {case.lattice.size_words} in a part of "
+            f"{size}: found cells of {lattice.size_words} in a part of "
             f"{' x '.join(f'{edge:.4g}' for edge in edges)} mm; expected a cell shorter than the "
             f"part, {longest:.4g} mm at most; is its unit right"
-            f"{_or_that_of_the_part(case, longest)}?"
+            f"{other}?"
         )
     need = _BYTES_PER_NODE * float(np.prod(edges / cell * _NODES_PER_CELL + 5.0))
-    if need > case.run.memory:
+    if need > memory:
         raise ResourceError(
-            f"{where}: found cells of {case.lattice.size_words}, about "
+            f"{size}: found cells of {lattice.size_words}, about "
             f"{part.volume / cell**3:.2g} in the part; a grid that resolves their densities takes "
-            f"{need / 1e9:.2g} GB, expected at most the {case.run.memory / 1e9:.2g} GB of [run] "
+            f"{need / 1e9:.2g} GB, expected at most the {memory / 1e9:.2g} GB of [run] "
             f"memory; take larger cells; is their unit right"
-            f"{_or_that_of_the_part(case, longest)}?"
+            f"{other}?"
         )
 
 
-def _or_that_of_the_part(case: Case, longest: float) -> str:
+def _or_that_of_the_part(lattice: LatticeSpec, stated: PartSpec, longest: float) -> str:
     """Words on the unit of the part's file where the part has some cells in another one."""
-    others = _other_units(case, longest)
+    others = _other_units(lattice, stated, longest)
     if not others:
         return ""
     return (
-        f', or [part] units = "{case.part.units}", in which the part is {longest:.4g} mm long '
+        f', or [part] units = "{stated.units}", in which the part is {longest:.4g} mm long '
         f"({others})"
     )
 
 
-def _other_units(case: Case, longest: float) -> str:
+def _other_units(lattice: LatticeSpec, stated: PartSpec, longest: float) -> str:
     """Units of the part's file in which it has some cells, with its lengths; empty where none."""
-    units = case.part.units
-    if case.part.file is None or units is None:
+    units = stated.units
+    if stated.file is None or units is None:
         return ""
     # One name for each size: the first one.
     named = {size: unit for unit, size in reversed(UNIT_MM.items()) if size != UNIT_MM[units]}
     lengths = {unit: longest * size / UNIT_MM[units] for size, unit in named.items()}
-    low, high = (count * max(case.lattice.size) for count in _USUAL_CELLS)
+    low, high = (count * max(lattice.size) for count in _USUAL_CELLS)
     fitting = [f'"{unit}" {long:.4g}' for unit, long in lengths.items() if low <= long <= high]
     return f"in {', in '.join(fitting)} mm" if fitting else ""
 
 
-def require_displacements_fit(case: Case, part: Part) -> None:
-    """Refuse limits that allow displacements larger than the part.
-
-    A linear analysis is one of displacements far smaller than the part, so that such a limit
-    either limits nothing or was stated in another unit.
-
-    Raises
-    ------
-    CaseError
-        Naming file, line and the value.
-    """
-    longest = float(np.ptp(part.surface.vertices, axis=0).max())
-    for key, allowed in stated_displacements(case.limits):
-        if allowed > longest:
-            raise CaseError(
-                f"{case.where(dotted(key))}: found {allowed:g} mm in a part that is {longest:.4g} "
-                f"mm long; expected a displacement far smaller than the part, which is all that a "
-                f"linear analysis describes; is its unit right?"
-            )
-
-
-def require_warps_reach(case: Case, points: FloatArray) -> None:
+def require_warps_reach(lattice: LatticeSpec, where: Where, points: FloatArray) -> None:
     """Refuse warps in whose sphere no lattice lies: they would change nothing.
 
     Parameters
     ----------
-    case : Case
+    lattice : LatticeSpec
+    where : Where
     points : (3, n) array, mm
         That fill the lattice evenly.
 
@@ -149,12 +133,12 @@ def require_warps_reach(case: Case, points: FloatArray) -> None:
     CaseError
         Naming file, line and the nearest place of the lattice.
     """
-    for number, warp in enumerate(case.lattice.warp):
+    for number, warp in enumerate(lattice.warp):
         away = np.linalg.norm(points - np.array(warp.centre)[:, None], axis=0)
         nearest = int(np.argmin(away))
         if away[nearest] > warp.outer_radius:
             raise CaseError(
-                f"{case.where(f'lattice.warp[{number}].centre')}: found "
+                f"{where(f'lattice.warp[{number}].centre')}: found "
                 f"({', '.join(f'{c:g}' for c in warp.centre)}) mm, but the lattice comes no nearer "
                 f"than {away[nearest]:.4g} mm, at "
                 f"({', '.join(f'{c:.4g}' for c in points[:, nearest])}) mm, and outer_radius is "
@@ -163,12 +147,12 @@ def require_warps_reach(case: Case, points: FloatArray) -> None:
             )
 
 
-def require_lattice_left(case: Case, points: FloatArray, domain: DesignDomain) -> None:
+def require_lattice_left(where: Where, points: FloatArray, domain: DesignDomain) -> None:
     """Refuse a skin and solid regions that leave no place for a lattice.
 
     Parameters
     ----------
-    case : Case
+    where : Where
     points : (3, n) array, mm
         Where the part is lattice.
     domain : DesignDomain
@@ -183,30 +167,14 @@ def require_lattice_left(case: Case, points: FloatArray, domain: DesignDomain) -
     inside = inner_points(domain)
     if not inside.shape[1]:
         raise CaseError(
-            f"{case.where('part')}: no place was found inside the part: it is far thinner than its "
+            f"{where('part')}: no place was found inside the part: it is far thinner than its "
             f"bounding box is long"
         )
-    for number, (spec, region) in enumerate(zip(case.keep, domain.passive, strict=True)):
-        reach = float(np.asarray(region.distance(inside)).max())
-        if reach <= region.margin and spec.region is None:
-            raise CaseError(
-                f"{case.where(f'keep[{number}].{spec.volume_key}')}: holds the whole part, so all "
-                f"of it would stay solid; expected a smaller one"
-            )
-        if reach <= region.margin:
-            raise CaseError(
-                f"{case.where(f'keep[{number}].margin')}: found {region.margin:g} mm, but no place "
-                f"of the part is farther than {reach:.4g} mm from region '{spec.region}', so all "
-                f"of it would stay solid; expected less, such as {0.2 * reach:.2g} mm"
-            )
-    depth = float(-np.asarray(domain.distance(inside)).min())
-    for skin in domain.skins:
-        if skin.faces is None and skin.least >= depth:
-            raise CaseError(
-                f"{case.where('lattice.skin')}: found {skin.least:g} mm, but no place of the part "
-                f"lies deeper than {depth:.4g} mm, so all of it would be skin; expected less"
-            )
+    to_part = np.asarray(domain.distance(inside))
+    for solid in (ordered := sorted(domain.solids, key=lambda solid: -solid.phase)):
+        if why := solid.why_full(inside, to_part):
+            raise CaseError(why)
     raise CaseError(
-        f"{case.where('keep' if domain.passive else 'lattice.skin')}: skin and solid regions "
-        f"together fill the whole part, so no lattice is left; expected thinner ones"
+        f"{ordered[0].where}: skin and solid regions together fill the whole part, so no lattice "
+        f"is left; expected thinner ones"
     )

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from gradedesign.common.values.locate import locating
-from gradedesign.design.case.schema import Case
+from gradedesign.common.values.locate import Where, locating
 from gradedesign.geometry.lattice.cell_layout import CellLayout, cell_layout
 from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.lattice.part_room import require_lattice_left, require_warps_reach
 from gradedesign.geometry.lattice.placed_map import lattice_points, map_key, placed_map
 from gradedesign.geometry.part.part import Part
 
 
-def placed_layout(case: Case, part: Part, domain: DesignDomain) -> CellLayout:
-    """The map of a case with the cells that it makes.
+def placed_layout(
+    lattice: LatticeSpec, where: Where, part: Part, domain: DesignDomain
+) -> CellLayout:
+    """The map of a table ``[lattice]`` with the cells that it makes.
 
     Raises
     ------
@@ -20,9 +22,9 @@ def placed_layout(case: Case, part: Part, domain: DesignDomain) -> CellLayout:
         If skin and solid regions leave no lattice, or the map is impossible, folds in the lattice,
         or cannot be used there.
     """
-    cell_map = placed_map(case, part, domain.distance)
+    cell_map = placed_map(lattice, where, part, domain.distance)
     points = lattice_points(domain)
-    require_lattice_left(case, points, domain)
-    require_warps_reach(case, points)
-    with locating(case.where, map_key(case)):
-        return cell_layout(cell_map, points, case.lattice.edges)
+    require_lattice_left(where, points, domain)
+    require_warps_reach(lattice, where, points)
+    with locating(where, map_key(where)):
+        return cell_layout(cell_map, points, lattice.edges)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
-from gradedesign.common.values.locate import locating
-from gradedesign.design.case.schema import Case
+from gradedesign.common.values.locate import Where, locating
 from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.domain import LATTICE, DesignDomain, phase_at
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.maps.cell_map import CellMap, turned_axes, uniform_map
 from gradedesign.geometry.maps.cell_map_schema import CellMapSpec
 from gradedesign.geometry.maps.conformal_map import conformal_map, layered_map
@@ -25,12 +25,13 @@ REPORT_POINTS = 40_000
 _SIZE = "lattice.size"
 
 
-def placed_map(case: Case, part: Part, distance: Field) -> CellMap:
+def placed_map(lattice: LatticeSpec, where: Where, part: Part, distance: Field) -> CellMap:
     """Map of cells that are not graded in size.
 
     Parameters
     ----------
-    case : Case
+    lattice : LatticeSpec
+    where : Where
     part : Part
     distance : callable
         Signed distance of the part.
@@ -40,18 +41,18 @@ def placed_map(case: Case, part: Part, distance: Field) -> CellMap:
     CaseError
         If the map is impossible.
     """
-    with locating(case.where, map_key(case)):
-        return warped(case, _map_of_kind(case, part, distance))
+    with locating(where, map_key(where)):
+        return _warped(lattice, where, _map_of_kind(lattice, part, distance))
 
 
-def map_key(case: Case) -> str:
+def map_key(where: Where) -> str:
     """The key of a case that makes its cells other than a straight grid of one size."""
     stated = ("cell_map", "warp")
-    return next((f"lattice.{key}" for key in stated if f"lattice.{key}" in case.lines), _SIZE)
+    return next((f"lattice.{key}" for key in stated if f"lattice.{key}" in where.lines), _SIZE)
 
 
-def warped(case: Case, cell_map: CellMap) -> CellMap:
-    """The map with the morphing spheres of a case."""
+def _warped(lattice: LatticeSpec, where: Where, cell_map: CellMap) -> CellMap:
+    """The map with its morphing spheres."""
     spheres = [
         MorphingSphere(
             centre=np.array(w.centre),
@@ -59,11 +60,11 @@ def warped(case: Case, cell_map: CellMap) -> CellMap:
             outer_radius=w.outer_radius,
             magnification=w.magnification,
         )
-        for w in case.lattice.warp
+        for w in lattice.warp
     ]
     if not spheres:
         return cell_map
-    with locating(case.where, "lattice.warp"):
+    with locating(where, "lattice.warp"):
         return warp_map(cell_map, spheres)
 
 
@@ -76,14 +77,14 @@ def lattice_points(domain: DesignDomain) -> FloatArray:
     return points[:, phase_at(domain, points) == LATTICE]
 
 
-def _map_of_kind(case: Case, part: Part, distance: Field) -> CellMap:
+def _map_of_kind(spec: LatticeSpec, part: Part, distance: Field) -> CellMap:
     """The map without warps."""
-    spec, map_spec = case.lattice, case.lattice.cell_map
+    map_spec = spec.cell_map
     if map_spec is None:
         rotation = turned_axes(spec.rotation) if any(spec.rotation) else None
         return uniform_map(spec.edges, spec.origin, rotation)
     if map_spec.kind in ("conformal", "layered"):
-        return _in_layers(case, map_spec, part, distance)
+        return _in_layers(spec, map_spec, part, distance)
     size, around, inner = spec.cell_size, map_spec.around, map_spec.inner_radius
     if around is None or inner is None:
         raise CaseError(f"a {map_spec.kind} map needs around and inner_radius")
@@ -107,9 +108,9 @@ def _map_of_kind(case: Case, part: Part, distance: Field) -> CellMap:
     )
 
 
-def _in_layers(case: Case, map_spec: CellMapSpec, part: Part, distance: Field) -> CellMap:
+def _in_layers(spec: LatticeSpec, map_spec: CellMapSpec, part: Part, distance: Field) -> CellMap:
     """Layers from a surface, or between two."""
-    spec, normal = case.lattice, direction_vector(map_spec.normal)
+    normal = direction_vector(map_spec.normal)
     if map_spec.kind == "conformal":
         return conformal_map(
             _depth(map_spec.surface, part, distance), spec.edges, normal=normal, origin=spec.origin

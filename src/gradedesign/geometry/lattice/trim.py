@@ -20,10 +20,11 @@ from gradedesign.geometry.contour.surface import (
     require_closed,
 )
 from gradedesign.geometry.contour.true_volume import VolumeFit
+from gradedesign.geometry.lattice.component import SolidLayer
 from gradedesign.geometry.lattice.cube_sides import cube_sides, where_wanted
 from gradedesign.geometry.lattice.domain import DesignDomain, grown
 from gradedesign.geometry.lattice.lattice import LatticeDesign, uncut_field
-from gradedesign.geometry.lattice.solid_layers import SolidLayer, solid_layers
+from gradedesign.geometry.lattice.solid_layers import solid_layers
 from gradedesign.geometry.triangles.boolean import cut_capped
 from gradedesign.geometry.triangles.crossings import TOUCHING, crossing_triangles
 from gradedesign.geometry.triangles.short_edges import used_only, without_short_edges
@@ -96,7 +97,7 @@ def trimmed_surface(
     with stepping(f"cutting {len(raw.near)} of {raw.count} triangles with the part"):
         vertices, faces = _cut(raw, part)
         del raw  # the triangles once more
-        if design.domain.skins:
+        if design.domain.closed:
             report_step("inner edges of skins")
             vertices, faces = with_skin_edges(vertices, faces, untrimmed.domain, field, step)
         report_step("collapsing short edges")
@@ -139,7 +140,9 @@ def with_skin_edges(
     ``domain`` is grown by the overhang.
     """
     part, layers = solid_layers(domain, 3 * step)
-    skins = tuple(_alone(layer) for layer in layers[: len(domain.skins)])
+    skins = tuple(
+        _alone(layer) for solid, layer in zip(domain.solids, layers, strict=True) if solid.closes
+    )
     open_ones = np.zeros(len(vertices), dtype=bool)
     open_ones[faces] = True
     # Not on the part's faces, which the domain's overhang lies outside of.

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray
-from gradedesign.geometry.part.place_words import place
+from gradedesign.geometry.part.place_words import place, plane_of
 from gradedesign.geometry.part.regions_schema import (
     AXES,
     BoxSpec,
@@ -136,7 +136,7 @@ def point_distance(corners: FloatArray, point: FloatArray) -> float:
 
 def _on_plane(part: FacedPart, spec: PlaneSpec) -> Match:
     """Flat faces that lie on a plane, facing either way."""
-    point, normal, words = _plane(part, spec)
+    point, normal, words = plane_of(spec, part.lower, part.upper)
     fits, miss = [], []
     for face, corners in zip(part.faces.faces, part.corners, strict=True):
         off = float(np.abs((corners - point) @ normal).max())
@@ -145,21 +145,6 @@ def _on_plane(part: FacedPart, spec: PlaneSpec) -> Match:
         fits.append(flat and off <= PLANE_SHARE * part.diagonal and angle <= PLANE_ANGLE)
         miss.append(off / part.diagonal + angle / 90.0 + (not flat))
     return Match(key=words, fits=np.array(fits), miss=np.array(miss))
-
-
-def _plane(part: FacedPart, spec: PlaneSpec) -> tuple[FloatArray, FloatArray, str]:
-    """Point, unit normal and name of a plane."""
-    if spec.point is not None and spec.normal is not None:
-        words = f"plane through {place(np.array(spec.point))} normal to {direction(spec.normal)}"
-        return np.array(spec.point), np.array(spec.normal), words
-    axis = spec.axis or 0
-    value = {"min": part.lower[axis], "max": part.upper[axis]}.get(
-        str(spec.position), spec.position
-    )
-    point, normal = np.zeros(3), np.zeros(3)
-    point[axis], normal[axis] = value, 1.0
-    stated = spec.position if isinstance(spec.position, str) else f"{spec.position:g} mm"
-    return point, normal, f'plane "{AXES[axis]} = {stated}"'
 
 
 def _on_cylinder(part: FacedPart, spec: CylinderSpec) -> Match:
@@ -318,9 +303,3 @@ def _centred_in_box(part: FacedPart, spec: BoxSpec) -> Match:
 def _line_angle(a: FloatArray, b: FloatArray) -> float:
     """Degrees between two lines along unit vectors."""
     return float(np.degrees(np.arcsin(np.clip(np.linalg.norm(np.cross(a, b)), 0.0, 1.0))))
-
-
-def direction(vector: tuple[float, float, float] | FloatArray) -> str:
-    """Write a unit vector."""
-    x, y, z = (round(float(v), 3) + 0.0 for v in vector)
-    return f"({x:g}, {y:g}, {z:g})"

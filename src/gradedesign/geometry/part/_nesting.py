@@ -145,7 +145,7 @@ def mesh_of(solid: Any) -> tuple[FloatArray, IntArray]:
 def unite(
     vertices: FloatArray,
     parts: Sequence[IntArray],
-    keep: BoolArray,
+    kept: BoolArray,
     sign: IntArray,
     nesting: Nesting,
     source: str,
@@ -158,7 +158,7 @@ def unite(
     ----------
     parts : sequence of (k, 3) int array
         Solids outward, voids reversed.
-    keep : (s,) bool array
+    kept : (s,) bool array
         Which shells bound material.
     sign : (s,) int array
         +1 solid, -1 void.
@@ -171,20 +171,20 @@ def unite(
     """
     import manifold3d
 
-    owner = {int(v): innermost(nesting, int(v)) for v in np.flatnonzero(keep & (sign < 0))}
+    owner = {int(v): innermost(nesting, int(v)) for v in np.flatnonzero(kept & (sign < 0))}
     own = [v for v, solid in owner.items() if solid is not None]
-    if nesting.overlap[own][:, keep & (sign > 0)].any():
+    if nesting.overlap[own][:, kept & (sign > 0)].any():
         raise PartError(
             f"{source}: the void of one solid crosses another solid, so it is unclear what is "
             "solid there; cut the void out in CAD"
         )
-    solids = {int(k): manifold_of(vertices, parts[int(k)], sign[k]) for k in np.flatnonzero(keep)}
+    solids = {int(k): manifold_of(vertices, parts[int(k)], sign[k]) for k in np.flatnonzero(kept)}
     if any(solid is None for solid in solids.values()):
         raise PartError(
             f"{source}: overlapping shells touch themselves and cannot be united; unite them in CAD"
         )
     bodies = []
-    for k in (int(s) for s in np.flatnonzero(keep & (sign > 0))):
+    for k in (int(s) for s in np.flatnonzero(kept & (sign > 0))):
         voids = [solids[v] for v in own if owner[v] == k]
         bodies.append(
             manifold3d.Manifold.batch_boolean([solids[k], *voids], manifold3d.OpType.Subtract)

@@ -6,8 +6,8 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import CaseError
-from gradedesign.geometry.part._face_filters import FacedPart, Match, direction
-from gradedesign.geometry.part.place_words import number, place
+from gradedesign.geometry.part._face_filters import FacedPart, Match
+from gradedesign.geometry.part.place_words import direction, number, place
 from gradedesign.geometry.part.regions_schema import RegionSpec
 from gradedesign.geometry.part.smooth_faces import SmoothFace
 

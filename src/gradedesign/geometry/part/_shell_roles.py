@@ -31,7 +31,7 @@ class ShellRoles:
         Turned around, since the file has them inside out.
     fragment, ignored, cut : bool arrays
         Dropped as too small; dropped inside a solid; a hole that reaches out of the solid.
-    keep : bool array
+    kept : bool array
         Bounds material.
     """
 
@@ -40,7 +40,7 @@ class ShellRoles:
     fragment: BoolArray
     ignored: BoolArray
     cut: BoolArray
-    keep: BoolArray
+    kept: BoolArray
 
 
 def shell_roles(
@@ -67,7 +67,7 @@ def shell_roles(
         fragment=fragment,
         ignored=~bounding & ~fragment,
         cut=cut,
-        keep=bounding & ~fragment,
+        kept=bounding & ~fragment,
     )
 
 

@@ -148,19 +148,19 @@ def _bounding(
     vertices, parts = own_vertices(vertices, turned)
     touches = find_touches(vertices, parts, margin)
     roles = shell_roles(nesting, volumes, sign, inverted, touches.matrix(len(parts)))
-    keep = np.flatnonzero(roles.keep)
-    if len(keep) == 0:
+    kept = np.flatnonzero(roles.kept)
+    if len(kept) == 0:
         raise PartError(
             f"{source}: its {len(parts)} closed shells cancel each other, so that nothing is "
             "solid; turn the normals of those that are solids outward"
         )
-    among = np.ix_(keep, keep)
+    among = np.ix_(kept, kept)
     shells = _Shells(
         vertices=vertices,
-        parts=[parts[k] for k in keep.tolist()],
+        parts=[parts[k] for k in kept.tolist()],
         nesting=Nesting(inside=nesting.inside[among], overlap=nesting.overlap[among]),
         crossing=np.asarray(nesting.overlap[among].any(axis=1)),
-        touches=touches.among(keep, len(parts)),
+        touches=touches.among(kept, len(parts)),
     )
     return shells, roles, _notes(volumes, roles, source)
 

@@ -281,12 +281,12 @@ def _without_edges(
 ) -> tuple[FloatArray, IntArray]:
     """Drop slivers of faces that a box only touches: pieces as thin as its tolerance."""
     owner = part.faces.label[triangles]
-    keep = np.ones(len(triangles), dtype=bool)
+    kept = np.ones(len(triangles), dtype=bool)
     for face in np.unique(owner).tolist():
         own = owner == face
         extent = float(np.ptp(corners[own].reshape(-1, 3), axis=0).max())
-        keep[own] = _areas(corners[own]).sum() > 3.0 * BOX_SHARE * part.diagonal * extent
-    return corners[keep], triangles[keep]
+        kept[own] = _areas(corners[own]).sum() > 3.0 * BOX_SHARE * part.diagonal * extent
+    return corners[kept], triangles[kept]
 
 
 def _areas(corners: FloatArray) -> FloatArray:

@@ -320,7 +320,7 @@ def _split_text(value: Any) -> Any:
 _PlaneText: TypeAlias = Annotated[
     str, WithJsonSchema({"type": "string", "x-range": 'such as "x = min" or "z = 12 mm"'})
 ]
-_AnyPlane: TypeAlias = Annotated[
+AnyPlane: TypeAlias = Annotated[
     PlaneSpec, BeforeValidator(_split_text, json_schema_input_type=_PlaneText | PlaneSpec)
 ]
 
@@ -338,7 +338,7 @@ class RegionSpec(Table):
         "colour": "color",
     }
 
-    plane: _AnyPlane | None = Field(default=None, examples=["x = min"])
+    plane: AnyPlane | None = Field(default=None, examples=["x = min"])
     """Flat faces on this plane."""
     box: BoxSpec | None = None
     """Faces that lie in this box with every corner; with ``clip`` what it cuts out of any face."""

@@ -57,15 +57,15 @@ def within_chord(surface: SurfaceMesh, tolerance: float) -> SurfaceMesh:
     if not tolerance > 0:
         raise LatticeError(f"chord tolerance is {tolerance:g} mm, expected a positive length")
     vertices = np.ascontiguousarray(surface.vertices)
-    keep = np.zeros(len(vertices), dtype=bool)
+    kept = np.zeros(len(vertices), dtype=bool)
     for _ in range(ROUNDS):
-        faces = _decimated(vertices, surface.faces, tolerance, ~keep)
+        faces = _decimated(vertices, surface.faces, tolerance, ~kept)
         crossing = crossing_triangles(vertices, faces, TOUCHING)
-        crossing = crossing[~keep[faces[crossing]].all(axis=(1, 2))]
+        crossing = crossing[~kept[faces[crossing]].all(axis=(1, 2))]
         if not len(crossing):
             log.info("%d triangles within %g mm of %d", len(faces), tolerance, len(surface.faces))
             return used_only(vertices, faces)
-        keep |= _near(vertices, vertices[faces[crossing.ravel()]], tolerance)
+        kept |= _near(vertices, vertices[faces[crossing.ravel()]], tolerance)
     at = ", ".join(f"{c:.4g}" for c in vertices[faces[crossing[0, 0]]].mean(axis=0))
     raise LatticeError(
         f"a chord tolerance of {tolerance:g} mm lets {len(crossing)} triangles of the surface pass "

@@ -10,9 +10,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import report_step, stepping
-from gradedesign.design.case.schema import BoxSpec
 from gradedesign.errors import LatticeError, ResourceError
-from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import lattice_field
 from gradedesign.mechanics.explicit.analysis import Resolution
 from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
@@ -75,43 +73,11 @@ def design_problem(solid: PrintedSolid, spacing: float, *, graded: bool = False)
         cases=solid.case.load_case,
         regions=solid.regions,
         material=solid.material,
-        planes=passive_planes(solid),
+        planes=tuple(Plane(**plane._asdict()) for body in domain.solids for plane in body.planes),
         bodies=domain.bodies,
         grading=solid.grading if graded else None,
         goals=solid.goals,
     )
-
-
-def passive_planes(solid: PrintedSolid) -> tuple[Plane, ...]:
-    """Inner faces of passive solids across an axis: along plane regions, and of boxes."""
-    planes = []
-    for keep in solid.case.keep:
-        if keep.box is not None:
-            planes += _box_planes(keep.box, keep.margin or 0.0, solid.design.domain)
-        region = None if keep.region is None else solid.regions.get(keep.region)
-        if region is None or not keep.margin:
-            continue
-        corners = region.corners.reshape(-1, 3)
-        axis = int(np.argmin(np.ptp(corners, axis=0)))
-        if np.ptp(corners[:, axis]) > 1e-9 * np.ptp(corners, axis=0).max():
-            continue
-        inward = -np.sign(np.cross(*(region.corners[0, 1:] - region.corners[0, 0]))[axis])
-        place = float(corners[0, axis] + inward * keep.margin)
-        planes.append(Plane(axis=axis, place=place, area=region.area))
-    return tuple(planes)
-
-
-def _box_planes(box: BoxSpec, margin: float, domain: DesignDomain) -> list[Plane]:
-    """Faces of a passive box that lie inside the part's."""
-    low = np.maximum(np.array(box.lower) - margin, domain.lower)
-    high = np.minimum(np.array(box.upper) + margin, domain.upper)
-    edges = high - low
-    return [
-        Plane(axis=axis, place=float(ends[axis]), area=float(np.delete(edges, axis).prod()))
-        for axis in range(3)
-        for ends, outer in ((low, domain.lower), (high, domain.upper))
-        if ends[axis] != outer[axis]
-    ]
 
 
 def divided_within_budget(

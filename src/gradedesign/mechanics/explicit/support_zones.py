@@ -46,15 +46,15 @@ class SupportZone:
 
 def evaluated_at(points: FloatArray, zones: Sequence[SupportZone]) -> BoolArray:
     """Points outside every zone, where stress is judged, ``(...)``."""
-    keep = np.ones(points.shape[1:], dtype=bool)
+    kept = np.ones(points.shape[1:], dtype=bool)
     for zone in zones:
-        keep &= zone.distance(points) > zone.radius
-    return keep
+        kept &= zone.distance(points) > zone.radius
+    return kept
 
 
 def undisturbed_at(points: FloatArray, zones: Sequence[SupportZone]) -> BoolArray:
     """Points that no singularity of a support reaches, ``(...)``."""
-    keep = np.ones(points.shape[1:], dtype=bool)
+    kept = np.ones(points.shape[1:], dtype=bool)
     for zone in zones:
-        keep &= zone.distance(points) > zone.disturbed
-    return keep
+        kept &= zone.distance(points) > zone.disturbed
+    return kept

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from gradedesign.common.values.locate import Where
 from gradedesign.common.values.problems import Problem, dotted
 from gradedesign.common.values.suggest import shown
 from gradedesign.common.values.toml_lines import Key
 from gradedesign.common.values.units import DIMENSIONS
+from gradedesign.errors import CaseError
 from gradedesign.mechanics.limits.limits_schema import Allowed, LimitEntry, LimitsSpec, stated_words
 
 #: Displacements below this, mm, are what machines of measurement are held to, not printed parts:
@@ -49,7 +51,27 @@ def repeated_limits(limits: LimitsSpec, load_cases: Sequence[str]) -> Iterator[P
                 break
 
 
-def stated_displacements(limits: LimitsSpec) -> Iterator[tuple[Key, float]]:
+def require_displacements_fit(limits: LimitsSpec, where: Where, longest: float) -> None:
+    """Refuse limits that allow displacements larger than the part, ``longest`` mm long.
+
+    A linear analysis is one of displacements far smaller than the part, so that such a limit
+    either limits nothing or was stated in another unit.
+
+    Raises
+    ------
+    CaseError
+        Naming file, line and the value.
+    """
+    for key, allowed in _stated_displacements(limits):
+        if allowed > longest:
+            raise CaseError(
+                f"{where(dotted(key))}: found {allowed:g} mm in a part that is {longest:.4g} "
+                f"mm long; expected a displacement far smaller than the part, which is all that a "
+                f"linear analysis describes; is its unit right?"
+            )
+
+
+def _stated_displacements(limits: LimitsSpec) -> Iterator[tuple[Key, float]]:
     """Every limit that is a length, with its key and its allowed value in mm.
 
     Multiples of the solid part's are left out.
@@ -64,7 +86,7 @@ def stated_displacements(limits: LimitsSpec) -> Iterator[tuple[Key, float]]:
 
 def displacement_warnings(limits: LimitsSpec) -> Iterator[Problem]:
     """Warnings about displacements that no printed part is held to."""
-    for key, value in stated_displacements(limits):
+    for key, value in _stated_displacements(limits):
         if value < LEAST_DISPLACEMENT:
             yield Problem(
                 key=key,

@@ -6,10 +6,9 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import GenericAlias
-from typing import Annotated, Any, ClassVar, TypeAlias, TypeVar
+from typing import Annotated, ClassVar, TypeAlias, TypeVar
 
-from pydantic import Field, create_model, model_validator
+from pydantic import Field, model_validator
 
 from gradedesign.common.values.suggest import shown
 from gradedesign.common.values.table import Table, key_error
@@ -268,25 +267,3 @@ class LimitsSpec(Table):
 
 
 Layout = TypeVar("Layout", bound=Table)
-
-
-def with_limit_entries(
-    layout: type[Layout], entries: Mapping[str, type[LimitEntry]]
-) -> type[Layout]:
-    """A layout of a case file whose ``[limits]`` holds lists of further kinds of limits.
-
-    Parameters
-    ----------
-    layout : type of Table
-        With a field ``limits``.
-    entries : mapping of key to type of LimitEntry
-        Layout of one table of the list under that key.
-    """
-    if not entries:
-        return layout
-    fields: dict[str, Any] = {
-        name: (GenericAlias(tuple, (entry, ...)), ()) for name, entry in entries.items()
-    }
-    spec = create_model("LimitsSpec", __base__=LimitsSpec, __doc__=LimitsSpec.__doc__, **fields)
-    limits: Any = (spec, Field(default_factory=spec))
-    return create_model(layout.__name__, __base__=layout, limits=limits)

@@ -1,4 +1,4 @@
-"""Where the solid of skins and passive regions lies in the tetrahedra of the part.
+"""Where the solids of a lattice lie in the tetrahedra of the part.
 
 A skin is much thinner than a tetrahedron and lies at its face: its stiffness depends on where in
 the element it is, not on its volume alone. Strain is linear in a straight-sided quadratic
@@ -8,15 +8,15 @@ barycentric coordinates, as in `gradedesign.mechanics.fe.stiffness.MomentStiffne
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import permutations, product
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.arrays import Field, FloatArray, IntArray
 from gradedesign.common.system.threads import in_ranges
+from gradedesign.geometry.lattice.component import Slab, SolidComponent
 from gradedesign.geometry.lattice.domain import DesignDomain
-from gradedesign.geometry.lattice.drain import drain_value
-from gradedesign.geometry.lattice.skin import skin_value
 from gradedesign.geometry.tets.tet_mesh import TetMesh
 from gradedesign.mechanics.fe.stiffness import PAIRS, mean_of
 from gradedesign.mechanics.sizing._solid_moment_kernels import negative_moments
@@ -32,28 +32,14 @@ _BATCH = 4096
 _ROUNDING = 1e-9
 
 
-def solid_value(domain: DesignDomain, points: FloatArray) -> FloatArray:
-    """Distance to the solid of skins, fillings and passive regions, about, negative in it.
-
-    Parameters
-    ----------
-    domain : DesignDomain
-        With a skin or a passive region.
-    points : (3, ...) array, mm
-        Of the part.
-
-    Returns
-    -------
-    (...) array, mm
-    """
-    whole = any(skin.faces is None for skin in domain.skins)
-    to_part = domain.distance(points) if whole else None
-    values = [skin_value(skin, points, to_part) for skin in domain.skins]
-    values += [filling.distance(points) for filling in domain.fillings]
-    values += [region.distance(points) - region.margin for region in domain.passive]
-    value = np.minimum.reduce(values)
-    for drain in domain.drains:
-        value = np.maximum(value, -drain_value(drain, points))
+def _solid_value(
+    domain: DesignDomain, solids: Sequence[SolidComponent], points: FloatArray
+) -> FloatArray:
+    """Distance to solids less the cuts at points ``(3, ...)`` mm of the part, ``(...)``, mm."""
+    to_part = domain.distance(points) if any(solid.part_depth for solid in solids) else None
+    value = np.minimum.reduce([solid.distance(points, to_part) for solid in solids])
+    for cut in domain.cuts:
+        value = np.maximum(value, -cut.distance(points))
     return np.asarray(value)
 
 
@@ -61,7 +47,9 @@ def solid_moments(domain: DesignDomain, mesh: TetMesh) -> FloatArray:
     """Means over every tetrahedron of the solid's indicator with pairs of its coordinates.
 
     The distance to the solid is taken as linear in each of `DIVISIONS` ** 3 pieces of every
-    tetrahedron: exact for plane layers whose faces lie a piece apart or more.
+    tetrahedron: exact for plane layers whose faces lie a piece apart or more. Slabs, which may be
+    thinner, are exact by themselves, and spread evenly over what other solids leave of a
+    tetrahedron.
 
     Parameters
     ----------
@@ -74,23 +62,47 @@ def solid_moments(domain: DesignDomain, mesh: TetMesh) -> FloatArray:
     (10, m) array
         In the order of `gradedesign.mechanics.fe.stiffness.PAIRS`.
     """
-    count = mesh.tets.shape[1]
-    if domain.lattice_only:
-        return np.zeros((len(PAIRS), count))
-    nodes, pieces = _divided(DIVISIONS)
+    moments = np.zeros((len(PAIRS), mesh.tets.shape[1]))
+    others = [solid for solid in domain.solids if solid.slab is None]
+    slabs = [solid.slab for solid in domain.solids if solid.slab is not None]
+    if others:
+        moments = _moments(mesh, lambda points: _solid_value(domain, others, points))
+    if not slabs:
+        return moments
+    free = np.ones(mesh.tets.shape[1])
+    for cut in domain.cuts:
+        free = free * (1.0 - mean_of(_moments(mesh, cut.distance)))
+    for slab in slabs:
+        moments += free * (1.0 - mean_of(moments)) * _slab_moments(mesh, slab)
+    return moments
+
+
+def _moments(mesh: TetMesh, distance: Field) -> FloatArray:
+    """Moments of where a distance is negative, ``(10, m)``."""
+    count, (nodes, pieces) = mesh.tets.shape[1], _divided(DIVISIONS)
     moments = np.zeros((count, len(PAIRS)))
     for start in range(0, count, _BATCH):
         corners = mesh.points[:, mesh.tets[:, start : start + _BATCH]]
-        values = solid_value(domain, np.einsum("dcm,qc->dmq", corners, nodes))
-        in_ranges(
-            negative_moments,
-            range(len(values)),
-            np.ascontiguousarray(values, dtype=np.float64),
-            nodes,
-            pieces,
-            moments[start : start + _BATCH],
-        )
+        values = distance(np.einsum("dcm,qc->dmq", corners, nodes))
+        _add_negative(values, nodes, pieces, moments[start : start + _BATCH])
     return np.ascontiguousarray(moments.T)
+
+
+def _slab_moments(mesh: TetMesh, slab: Slab) -> FloatArray:
+    """Moments of a slab, ``(10, m)``: those below its upper plane less those below its lower."""
+    along = (slab.normal @ mesh.points)[mesh.tets].T
+    below = np.zeros((2, len(along), len(PAIRS)))
+    for end, moments in zip((slab.high, slab.low), below, strict=True):
+        _add_negative(along - end, np.eye(4), np.arange(4)[None], moments)
+    return np.ascontiguousarray((below[0] - below[1]).T)
+
+
+def _add_negative(
+    values: FloatArray, nodes: FloatArray, pieces: IntArray, moments: FloatArray
+) -> None:
+    """Add the moments of where values at the nodes of tetrahedra are negative, in threads."""
+    values = np.ascontiguousarray(values, dtype=np.float64)
+    in_ranges(negative_moments, range(len(values)), values, nodes, pieces, moments)
 
 
 def solid_fraction(moments: FloatArray) -> FloatArray:

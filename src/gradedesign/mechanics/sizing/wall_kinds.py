@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.geometry.cell.family import CellFamily
-from gradedesign.geometry.lattice.domain import DesignDomain, passive_at
+from gradedesign.geometry.lattice.domain import DesignDomain, solid_at
 from gradedesign.geometry.maps.cell_map import CellMap
 from gradedesign.geometry.maps.local_cells import local_cells
 from gradedesign.geometry.part.part import Part
@@ -79,7 +79,7 @@ def wall_faces(
             step = _STEP * edge
             free[k] &= reached
             free[k] &= domain.distance(at - sign * step * turn[:, k, None]) < -_ACROSS * step
-            free[k] &= ~passive_at(domain, at)
+            free[k] &= ~solid_at(domain, at)
     return _settled(ends, free, inside_tets, middle, signed_volumes(mesh), lattice, edge)
 
 

@@ -16,7 +16,7 @@ from gradedesign.geometry.part.file_body import file_body_words
 from gradedesign.mechanics.sizing.wall_cells import MOST_MINUTES
 from gradedesign.program.commands.check_data import (
     check_data,
-    passive_solids,
+    kept_solids,
     stated_limits,
     zone_data,
 )
@@ -140,7 +140,7 @@ def print_check(checked: CaseCheck) -> None:
     for line in _part_lines(checked):
         print_text(line, hang=2)
     print_regions(resolved.part, resolved.part.regions)
-    if solids := passive_solids(checked):
+    if solids := kept_solids(checked):
         print_table(
             "Passive solids",
             ("solid", "thickness mm", "volume mm^3"),

@@ -12,6 +12,7 @@ from gradedesign.geometry.formats.read_stl import read_stl
 from gradedesign.geometry.formats.write_3mf import export_3mf, export_3mf_beams
 from gradedesign.geometry.formats.write_stl import export_stl
 from gradedesign.geometry.lattice.beams import why_no_beams
+from gradedesign.geometry.lattice.component_kind import ComponentKind, builtin_components
 from gradedesign.geometry.part.reader import PartReader
 from gradedesign.geometry.tets.mesher import PYTETWILD, Mesher
 from gradedesign.mechanics.explicit.analysis import ExplicitAnalysis
@@ -93,6 +94,12 @@ def gradedesign_eigen_solvers() -> Iterable[EigenSolver]:
 def gradedesign_limits() -> Iterable[LimitKind]:
     """Register the kinds of limits of the core."""
     return builtin_kinds()
+
+
+@hookimpl
+def gradedesign_components() -> Iterable[ComponentKind]:
+    """Register the kinds of components of the core."""
+    return builtin_components()
 
 
 @hookimpl

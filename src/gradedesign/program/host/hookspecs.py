@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.maker import CellMaker
 from gradedesign.geometry.formats.exporter import Exporter
+from gradedesign.geometry.lattice.component_kind import ComponentKind
 from gradedesign.geometry.part.reader import PartReader
 from gradedesign.geometry.part.repairer import Repairer
 from gradedesign.geometry.tets.mesher import Mesher
@@ -278,6 +279,32 @@ def gradedesign_limits() -> Iterable[LimitKind]:
     ...     )
     >>> [kind.name for kind in gradedesign_limits()]
     ['stroke']
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_components() -> Iterable[ComponentKind]:
+    """Register kinds of components of a lattice, which add a list of tables to ``[lattice]``.
+
+    Examples
+    --------
+    >>> from dataclasses import dataclass
+    >>> from gradedesign import ComponentEntry, ComponentKind, SolidComponent, hookimpl
+    >>> class FloorEntry(ComponentEntry):
+    ...     height: float
+    >>> @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+    ... class Floor(SolidComponent):
+    ...     height: float
+    ...     def distance(self, points, to_part):
+    ...         return points[2] - self.height
+    >>> def make(place):
+    ...     return [Floor(name="floor", height=one.height) for one in place.lattice.floor], ()
+    >>> @hookimpl
+    ... def gradedesign_components():
+    ...     yield ComponentKind(name="floor", stage="solid", entry=FloorEntry, make=make)
+    >>> [kind.name for kind in gradedesign_components()]
+    ['floor']
     """
     return ()
 

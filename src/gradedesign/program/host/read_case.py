@@ -9,6 +9,7 @@ from typing import Any
 from gradedesign.design.case import read_case
 from gradedesign.design.case.schema import Brought, Case
 from gradedesign.design.resolve.registry import Registry
+from gradedesign.geometry.lattice.component_kind import component_entries
 from gradedesign.mechanics.limits.kinds import limit_entries
 from gradedesign.program.host.registry import build_registry
 
@@ -54,5 +55,6 @@ def brought_by(registry: Registry | None) -> Brought:
     registry = build_registry() if registry is None else registry
     return Brought(
         limits=limit_entries(registry.limits),
+        lattice=component_entries(registry.components),
         part={r.key: r.table for r in registry.readers.values() if r.table is not None},
     )

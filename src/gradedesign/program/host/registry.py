@@ -16,11 +16,14 @@ from gradedesign.errors import Interrupted, PluginError
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.maker import CellMaker
 from gradedesign.geometry.formats.exporter import Exporter
+from gradedesign.geometry.lattice.component_kind import ComponentKind
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.part.reader import PartReader
 from gradedesign.geometry.part.repairer import Repairer
 from gradedesign.geometry.tets.mesher import Mesher
 from gradedesign.mechanics.explicit.analysis import ExplicitAnalysis
 from gradedesign.mechanics.limits.limit import LimitKind
+from gradedesign.mechanics.limits.limits_schema import LimitsSpec
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.material.scaling_law import ScalingLaw
 from gradedesign.mechanics.solver.eigen_solver import EigenSolver
@@ -34,7 +37,7 @@ from gradedesign.program.host.installed import (
     register,
     register_modules,
 )
-from gradedesign.program.host.limit_checks import check_limit_keys
+from gradedesign.program.host.key_checks import check_keys
 from gradedesign.program.host.unmarked import hook_names, unmarked_hooks
 from gradedesign.program.outputs.output import Output
 
@@ -66,6 +69,7 @@ _SHELVES: Mapping[Kind, _Shelf] = {
     "eigen_solvers": _Shelf(EigenSolver, _DASHED),
     "meshers": _Shelf(Mesher, _DASHED),
     "limits": _Shelf(LimitKind, _UNDERSCORED),
+    "components": _Shelf(ComponentKind, _UNDERSCORED),
     "analyses": _Shelf(ExplicitAnalysis, _DASHED),
 }
 
@@ -117,7 +121,8 @@ def build_registry(
     shelves, more = _collect(manager, sources)
     check_formats(shelves["readers"], shelves["exporters"], shelves["outputs"])
     check_repairers(shelves["repairers"])
-    check_limit_keys(shelves["limits"])
+    check_keys(shelves["limits"], LimitsSpec, "limits", NOUNS["limits"])
+    check_keys(shelves["components"], LatticeSpec, "lattice", NOUNS["components"])
     failures = tuple(sorted([*failures, *more], key=str))
     unmarked = tuple(unmarked_hooks(manager, sources))
     for failure in failures:

@@ -217,9 +217,7 @@ def _lattice_pictures(
     fields, solid = shown.fields, shown.analysed.solid
     files |= {"lattice": "lattice.png", "stress": "stress.png", "deformed": "deformed.png"}
     warnings = [
-        *picture_lattice(
-            out.path_of("lattice.png"), shown.surface, opened=bool(problem.domain.skins)
-        ),
+        *picture_lattice(out.path_of("lattice.png"), shown.surface, opened=problem.domain.closed),
         *picture_stress(
             out.path_of("stress.png"),
             fields.surface,
@@ -259,9 +257,7 @@ def _unjudged_lattice(
     write_printed(out, case, part, surface)
     warnings = _exported_files(out, problem, surface, design, files)
     files["lattice"] = "lattice.png"
-    warnings += picture_lattice(
-        out.path_of("lattice.png"), surface, opened=bool(problem.domain.skins)
-    )
+    warnings += picture_lattice(out.path_of("lattice.png"), surface, opened=problem.domain.closed)
     _adopt_drawn(out, files, "lattice")
     return (*warnings, *islands_words(islands.dropped, islands.dropped_share))
 

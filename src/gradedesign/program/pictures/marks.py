@@ -8,12 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.design.case.schema import Case, KeepSpec
+from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.exclusion import exclusion_words
 from gradedesign.geometry.contour.surface import extract_surface
-from gradedesign.geometry.lattice.domain import DesignDomain, PassiveRegion
-from gradedesign.geometry.lattice.passive import keep_words
-from gradedesign.geometry.lattice.place import place_box
+from gradedesign.geometry.lattice.component import KEPT, SolidComponent
+from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.part.part import Part
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
 from gradedesign.mechanics.explicit.support_zones import SupportZone
@@ -45,11 +44,12 @@ def region_marks(
     for load_case in case.load_case:
         for load in load_case.load:
             roles.setdefault(load.region, "load")
-    passive = {keep.region for keep in case.keep if keep.region is not None}
-    for name in passive:
+    stay = [solid for solid in domain.solids if solid.phase == KEPT]
+    solid_regions = {solid.region for solid in stay if solid.region is not None}
+    for name in solid_regions:
         roles.setdefault(name, "passive")
     mirrored = {fix.region for spec in case.load_case for fix in spec.fix if fix.symmetry}
-    said = {name: f"{name}, passive solid" for name in passive if roles[name] != "passive"}
+    said = {name: f"{name}, passive solid" for name in solid_regions if roles[name] != "passive"}
     said |= {name: f"{name}, plane of symmetry" for name in mirrored}
     marks = [
         RegionMark(
@@ -61,12 +61,12 @@ def region_marks(
     ]
     volumes = [
         RegionMark(
-            name=keep.name or keep_words(keep, number),
+            name=solid.name.strip("'"),
             role="passive",
-            corners=corner_points(_solid_volume(part, domain, keep, region)),
+            corners=corner_points(_drawn(part, domain, solid, *solid.box)),
         )
-        for number, (keep, region) in enumerate(zip(case.keep, domain.passive, strict=True))
-        if keep.region is None
+        for solid in stay
+        if solid.region is None and solid.box is not None
     ]
     return marks + volumes + [mark for zone in zones for mark in _zone_marks(domain, zone, part)]
 
@@ -88,22 +88,23 @@ def _zone_marks(domain: DesignDomain, zone: SupportZone, part: Part) -> list[Reg
     return [RegionMark(name=name, role="unjudged", corners=corner_points(drawn))]
 
 
-def _solid_volume(
-    part: Part, domain: DesignDomain, keep: KeepSpec, region: PassiveRegion
+def _drawn(
+    part: Part, domain: DesignDomain, solid: SolidComponent, lower: FloatArray, upper: FloatArray
 ) -> SurfaceMesh:
-    """Surface of what a volume keeps solid of the part, coarse as pictures need it.
+    """Surface of a solid in its box, coarse as pictures need it.
 
-    A little below the part's faces, so that regions on them cover it.
+    A little below the part's faces, so that regions on them cover it, and as thick as a step of the
+    picture at least.
     """
-    lower, upper = place_box(part, keep)
-    lower, upper = lower - region.margin, upper + region.margin
-    below = min(_BELOW * part.diagonal, 0.1 * (region.thickness or region.margin))
+    below = min(_BELOW * part.diagonal, 0.1 * solid.least)
+    step = float((upper - lower).max()) / _DRAWN
+    more = max(step - 0.5 * solid.least, 0.0)
 
     def field(points: FloatArray) -> FloatArray:
-        solid = region.distance(points) - region.margin
-        return np.maximum(solid, domain.distance(points)) + below
+        to_part = domain.distance(points)
+        return np.maximum(solid.distance(points, to_part) - more, to_part) + below
 
-    return extract_surface(field, lower, upper, float((upper - lower).max()) / _DRAWN)
+    return extract_surface(field, lower - more, upper + more, step)
 
 
 def action_marks(case: Case, part: Part) -> list[ActionMark]:

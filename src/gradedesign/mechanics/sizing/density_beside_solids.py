@@ -9,7 +9,7 @@ from gradedesign.arrays import BoolArray, Field, FloatArray
 from gradedesign.errors import LatticeError, ResourceError
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.shape import evaluate_shape
-from gradedesign.geometry.lattice.domain import DesignDomain, passive_at
+from gradedesign.geometry.lattice.domain import DesignDomain, solid_at
 from gradedesign.geometry.maps.cell_map import CellMap
 from gradedesign.geometry.tets.tet_mesh import TetMesh, centroids
 from gradedesign.mechanics.sizing.effective_density import EffectiveDensity
@@ -32,7 +32,7 @@ _AROUND = np.array([0.98, 1.02])
 _BATCH = 1_000_000
 
 
-def density_beside_passive(
+def density_beside_solids(
     to_cells: CellMap,
     mesh: TetMesh,
     cell: Cell,
@@ -63,7 +63,7 @@ def density_beside_passive(
     axes = [low[i] + (np.arange(cells[i] * PER_CELL) + 0.5) / PER_CELL for i in range(3)]
     if to_cells.inverse is None:
         raise LatticeError(f"the {to_cells.name} cell map has no straight cells to count in")
-    inside = _outside_passive(axes, to_cells.inverse, domain)
+    inside = _outside_solids(axes, to_cells.inverse, domain)
     axis = (np.arange(PER_CELL * period) + 0.5) / PER_CELL
     samples = np.array(np.meshgrid(axis, axis, axis, indexing="ij"))
     shape = evaluate_shape(cell.family, cell.parameters, samples)
@@ -87,14 +87,14 @@ def density_beside_passive(
     return EffectiveDensity(nominal=nominal, effective=_increasing(effective))
 
 
-def _outside_passive(axes: list[FloatArray], to_points: Field, domain: DesignDomain) -> BoolArray:
+def _outside_solids(axes: list[FloatArray], to_points: Field, domain: DesignDomain) -> BoolArray:
     """Whether samples lie outside every passive region."""
     count = [a.size for a in axes]
     inside = np.ones(int(np.prod(count)), dtype=bool)
     for start in range(0, inside.size, _BATCH):
         some = np.arange(start, min(start + _BATCH, inside.size))
         u = np.array([a[i] for a, i in zip(axes, np.unravel_index(some, count), strict=True)])
-        inside[some] = ~passive_at(domain, to_points(u))
+        inside[some] = ~solid_at(domain, to_points(u))
     return inside.reshape(count)
 
 

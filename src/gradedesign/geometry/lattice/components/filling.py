@@ -11,19 +11,21 @@ P. Soille, Morphological Image Analysis, 2nd edition, 2003, sections 4.2 and 6.3
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import product
+from typing import ClassVar
 
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.system.progress import report_step
-from gradedesign.design.case.schema import Case
 from gradedesign.errors import CaseError, LatticeError, ResourceError
 from gradedesign.geometry.contour._surface_kernels import shell_volumes, vertex_shells
 from gradedesign.geometry.contour.skin_edges import divided_skin_edges, moved_onto_skins
 from gradedesign.geometry.contour.surface import extract_surface
-from gradedesign.geometry.lattice.domain import DesignDomain, Filling
+from gradedesign.geometry.lattice.component import SKIN, SolidComponent
+from gradedesign.geometry.lattice.component_kind import ComponentKind, ComponentPlace, Made
+from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.solid_layers import solid_layers
 from gradedesign.geometry.part.signed_distance import surface_distance
 from gradedesign.geometry.triangles.short_edges import used_only
@@ -47,8 +49,27 @@ _PLACES, _ROUNDS = 4000, 40
 _FITS = 1e-3
 
 
-def with_fillings(case: Case, domain: DesignDomain) -> DesignDomain:
-    """The domain with the bevel and the small cavities that the case wants solid.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Filling(SolidComponent):
+    """A place below the skins that is solid because of its shape.
+
+    Attributes
+    ----------
+    to_place : callable
+        Points ``(3, ...)`` mm to ``(...)`` mm, negative inside, of slope one at most.
+    """
+
+    to_place: Field
+
+    phase: ClassVar[int] = SKIN
+
+    def distance(self, points: FloatArray, to_part: FloatArray | None) -> FloatArray:  # noqa: ARG002
+        """As stated."""
+        return self.to_place(points)
+
+
+def _make(place: ComponentPlace) -> Made:
+    """The bevel and the small cavities that the case wants solid.
 
     Raises
     ------
@@ -57,22 +78,20 @@ def with_fillings(case: Case, domain: DesignDomain) -> DesignDomain:
     ResourceError
         If they are too small for a grid of the part.
     """
-    bevel, least = case.lattice.bevel, case.lattice.least_cavity
+    domain, notes = place.domain, tuple[str, ...]()
+    bevel, least = place.lattice.bevel, place.lattice.least_cavity
     if bevel:
-        domain = _with(domain, _bevel(domain, bevel, case.where("lattice.bevel")))
+        domain = domain.with_components([_bevel(domain, bevel, place.where("lattice.bevel"))])
     if least:
-        domain = _with(domain, _small(domain, least, case.where("lattice.least_cavity")))
-    return domain
-
-
-def _with(domain: DesignDomain, filling: Filling) -> DesignDomain:
-    return replace(domain, fillings=(*domain.fillings, filling))
+        small, notes = _small(domain, least, place.where("lattice.least_cavity"))
+        domain = domain.with_components([small])
+    return domain.components[len(place.domain.components) :], notes
 
 
 def _bevel(domain: DesignDomain, radius: float, where: str) -> Filling:
     """Points of the room that no ball of the radius inside the room reaches."""
     step = radius / STEPS
-    whole = any(skin.faces is None for skin in domain.skins)
+    whole = any(solid.all_round for solid in domain.solids)
     # Beyond open faces the room goes on.
     beyond = 0.0 if whole else radius + 2 * step
     lower, upper = domain.lower - beyond, domain.upper + beyond
@@ -96,10 +115,10 @@ def _bevel(domain: DesignDomain, radius: float, where: str) -> Filling:
     faces = contoured.faces.astype(np.int32)
     vertices, faces = divided_skin_edges(vertices, faces, used, (centres,), centres, step)
     away = surface_distance(SurfaceMesh(vertices=vertices, faces=faces.astype(np.int64)))
-    return Filling(distance=lambda points: radius - away(points))
+    return Filling(to_place=lambda points: radius - away(points))
 
 
-def _small(domain: DesignDomain, diameter: float, where: str) -> Filling:
+def _small(domain: DesignDomain, diameter: float, where: str) -> tuple[Filling, tuple[str, ...]]:
     """Cavities that no ball of a diameter fits into, the others as they are."""
     step = diameter / STEPS
     _require_nodes(domain.lower, domain.upper, step, where)
@@ -122,7 +141,7 @@ def _small(domain: DesignDomain, diameter: float, where: str) -> Filling:
     small = [cavity for cavity, fit in zip(cavities, fits, strict=True) if not fit]
     if not small:
         # Those that the grid does not show.
-        return Filling(distance=lambda points: step - to_large(points))
+        return Filling(to_place=lambda points: step - to_large(points)), ()
     to_small = surface_distance(_together(small))
 
     def distance(points: FloatArray) -> FloatArray:
@@ -132,17 +151,17 @@ def _small(domain: DesignDomain, diameter: float, where: str) -> Filling:
 
     volume = sum(enclosed_volume(cavity) for cavity in small)
     count = f"{len(small)} {'cavity is' if len(small) == 1 else 'cavities are'}"
-    return Filling(
-        distance=distance,
-        note=f"{where}: {count} solid, {volume:.4g} mm^3 in all: no ball of {diameter:g} mm fits",
-    )
+    note = f"{where}: {count} solid, {volume:.4g} mm^3 in all: no ball of {diameter:g} mm fits"
+    return Filling(to_place=distance), (note,)
 
 
 def _room(domain: DesignDomain, band: float | None = None) -> Field:
-    """Distance to skins, passive regions and fillings, positive in the room that they leave."""
+    """Distance to the solids, positive in the room that they leave."""
     # Volumes that widen beyond the part's faces would count there.
-    passive = tuple(replace(region, from_surface=None) for region in domain.passive)
-    part, layers = solid_layers(replace(domain, passive=passive), band)
+    components = tuple(
+        c.within() if isinstance(c, SolidComponent) else c for c in domain.components
+    )
+    part, layers = solid_layers(replace(domain, components=components), band)
 
     def room(points: FloatArray) -> FloatArray:
         distance = part(points)
@@ -204,3 +223,7 @@ def _require_nodes(lower: FloatArray, upper: FloatArray, step: float, where: str
             f"{where}: is found on a grid of {step:.3g} mm, an eighth of it, which takes "
             f"{nodes:.2g} nodes; expected at most {MOST_NODES:.2g}: state a larger one"
         )
+
+
+#: Solid places below skins, ``bevel = "0.5 mm"`` and ``least_cavity = "1 mm"``.
+KIND = ComponentKind(name="filling", stage="filling", make=_make)

@@ -7,12 +7,13 @@ import pytest
 
 from gradedesign import CellFamily
 from gradedesign.errors import ResourceError
-from gradedesign.geometry.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.geometry.lattice.components.passive import PassiveRegion
+from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.maps.cell_map import uniform_map
 from gradedesign.geometry.part.part_mesh import box_part_mesh
 from gradedesign.geometry.tets.tet_mesh import centroids
-from gradedesign.mechanics.sizing import density_beside_passive as module
-from gradedesign.mechanics.sizing.density_beside_passive import density_beside_passive
+from gradedesign.mechanics.sizing import density_beside_solids as module
+from gradedesign.mechanics.sizing.density_beside_solids import density_beside_solids
 from gradedesign.mechanics.sizing.effective_density import EffectiveDensity
 
 
@@ -62,9 +63,9 @@ def counted(passive, bounds=(0.33, 0.336)):
     mesh = box_part_mesh((20.0, 10.0, 10.0), 4.0)
     domain = DesignDomain(
         distance=lambda points: -np.ones(points.shape[1:]), lower=(0.0, 0.0, 0.0),
-        upper=(20.0, 10.0, 10.0), passive=passive,
+        upper=(20.0, 10.0, 10.0), components=passive,
     )  # fmt: skip
-    return density_beside_passive(uniform_map(10.0), mesh, CELL, bounds, domain), centroids(mesh)
+    return density_beside_solids(uniform_map(10.0), mesh, CELL, bounds, domain), centroids(mesh)
 
 
 def test_a_region_in_the_void_leaves_the_plates_in_less_room():
@@ -73,7 +74,7 @@ def test_a_region_in_the_void_leaves_the_plates_in_less_room():
     A plate of 3.3 mm lies about 5 mm in every cell of 10 mm, also below and above the part. The
     block about height z reaches from z - 5 to z + 5 mm.
     """
-    fill, (_, _, z) = counted((PassiveRegion(distance=lambda points: points[2], margin=2.5),))
+    fill, (_, _, z) = counted((PassiveRegion(to_place=lambda points: points[2], margin=2.5),))
     found = fill.at(np.full(z.size, 1 / 3))
     low, high = np.maximum(z - 5, 2.5), z + 5
     plates = sum(
@@ -88,7 +89,7 @@ def test_a_region_in_the_void_leaves_the_plates_in_less_room():
 
 
 def test_plates_that_end_at_a_region_hold_what_is_asked_for():
-    region = PassiveRegion(distance=lambda points: points[0], margin=10.0)
+    region = PassiveRegion(to_place=lambda points: points[0], margin=10.0)
     fill, (x, _, _) = counted((region,))
     # Plates run along x: beyond the solid as much of them is held as without it. A block with no
     # lattice at all holds what is asked for too; no tetrahedron there uses it.

@@ -1,0 +1,147 @@
+"""Blended joints: the union of lattice, skin and passive solids with fillets in its corners."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from gradedesign.arrays import BoolArray, Field, FloatArray
+from gradedesign.errors import LatticeError
+from gradedesign.geometry.lattice.component import JoinComponent, Valued
+from gradedesign.geometry.lattice.component_kind import ComponentKind, ComponentPlace, Made
+
+#: Reach of distances that a joint needs, in its radii: its own, and the way over which the cell's
+#: values pass from one scale to another.
+_REACH = 2.0
+#: Step of numerical gradients, in radii: the curvature of cells is far below its inverse.
+_STEP = 1e-3
+#: Cosine of the normals from which two faces count as parallel, and have no corner. Chosen, not
+#: measured.
+_PARALLEL = 0.999
+#: Gradients below this, mm per mm, are those of a ridge or of the middle of a void. Chosen, not
+#: measured.
+_FLAT = 0.1
+
+
+def blended(first: FloatArray, second: FloatArray, cosine: FloatArray, radius: float) -> FloatArray:
+    """Union of two distances with the arc of a circle in their corner, ``(...)``, mm.
+
+    A ball of ``radius`` that rolls along both faces bounds the fillet. With ``a = radius - first``,
+    ``b = radius - second`` and the cosine c of the angle between the gradients, the distance from
+    its centre is ``sqrt((a^2 + b^2 - 2 a b c) / (1 - c^2))`` where the centre lies between both
+    normals, ``a > c b`` and ``b > c a``; elsewhere the union is the minimum. So it adds material
+    only, has no effect where one of the distances is ``radius`` or more nor between parallel
+    faces, and planes whose normals are an angle t apart, up to 90 degrees, gain
+    ``radius^2 (tan(t / 2) - t / 2)`` of section. Corners sharper than a right angle (c < 0) are
+    filled as right ones, by ``radius^2 (1 - pi / 4) / sin t``, so that the reach stays one radius.
+
+    Parameters
+    ----------
+    first, second : (...) array, mm
+        Distances, negative inside, of slope one within the radius.
+    cosine : (...) array
+        Of the angle between their gradients.
+    radius : float, mm
+
+    References
+    ----------
+    For right angles the compact blend of `gradedesign.fields.blend_union`.
+    """
+    c = np.clip(cosine, 0.0, _PARALLEL)
+    a, b = radius - first, radius - second
+    corner = (a > c * b) & (b > c * a) & (a > 0) & (b > 0)
+    square = np.maximum(a**2 + b**2 - 2 * c * a * b, 0.0) / (1 - c**2)
+    return np.where(corner, radius - np.sqrt(square), np.minimum(first, second))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Joint(JoinComponent):
+    """Fillets of a radius in the corners of cells and solids.
+
+    Raises
+    ------
+    LatticeError
+        If the radius is not positive.
+    """
+
+    def __post_init__(self) -> None:
+        if not self.radius > 0:
+            raise LatticeError(
+                f"the radius of joints must be positive, got {self.radius:g} mm; leave out what is "
+                f"not wanted"
+            )
+
+    @property
+    def reach(self) -> float:
+        """A multiple of its radius, mm."""
+        return _REACH * self.radius
+
+    def joined(self, points: FloatArray, cell: Valued, solids: Sequence[Valued]) -> FloatArray:
+        """Union with fillets, see `blended`.
+
+        Beside solids the values of the cells are divided by their gradient, so that the radius is
+        one in mm.
+        """
+        radius = self.radius
+        result: FloatArray = np.array(cell[0], dtype=np.float64)
+        if not solids:
+            return result
+        nearest: FloatArray = np.minimum.reduce([value for value, _ in solids])
+        near = (nearest > -radius) & (nearest < _REACH * radius)
+        values = [result, *(value for value, _ in solids)]
+        slopes = np.zeros((3, points.shape[1]))
+        if near.any():
+            slope = _slope(cell[1], points[:, near], _STEP * radius)
+            length = np.maximum(np.linalg.norm(slope, axis=0), _FLAT)
+            share = np.clip(nearest[near] / radius - 1.0, 0.0, 1.0)
+            values[0] = result.copy()
+            values[0][near] *= share + (1.0 - share) / length
+            slopes[:, near] = slope / length
+        union: FloatArray = np.minimum.reduce(values)
+        shallow = union > -radius
+        functions = [cell[1], *(function for _, function in solids)]
+        normals: dict[int, FloatArray] = {0: slopes}
+        pairs = [
+            (i, j, shallow & (values[i] < radius) & (values[j] < radius))
+            for i, j in combinations(range(len(values)), 2)
+        ]
+        for i in range(1, len(values)):
+            normals[i] = _normals(functions[i], points, _any(pairs, i), _STEP * radius)
+        for i, j, both in pairs:
+            if both.any():
+                cosine = (normals[i][:, both] * normals[j][:, both]).sum(axis=0)
+                fillet = blended(values[i][both], values[j][both], cosine, radius)
+                union[both] = np.minimum(union[both], fillet)
+        return union
+
+
+def _slope(function: Field, points: FloatArray, step: float) -> FloatArray:
+    """Gradient by forward differences, which take fewer values than central ones, ``(3, n)``."""
+    base, shifts = function(points), step * np.eye(3)[:, :, None]
+    return np.stack([function(points + shift) - base for shift in shifts]) / step
+
+
+def _any(pairs: Sequence[tuple[int, int, BoolArray]], number: int) -> BoolArray:
+    """Points at which some pair needs the normal of one of its members."""
+    return np.asarray(np.any([both for i, j, both in pairs if number in (i, j)], axis=0))
+
+
+def _normals(function: Field, points: FloatArray, where: BoolArray, step: float) -> FloatArray:
+    """Unit gradients where they are needed, ``(3, n)``."""
+    normals = np.zeros((3, points.shape[1]))
+    if where.any():
+        slope = _slope(function, points[:, where], step)
+        normals[:, where] = slope / np.maximum(np.linalg.norm(slope, axis=0), _FLAT)
+    return normals
+
+
+def _make(place: ComponentPlace) -> Made:
+    radius = place.lattice.joint_radius
+    return ([Joint(name="the joints", radius=radius)] if radius else []), ()
+
+
+#: Fillets of a radius, ``joint_radius = "0.5 mm"``.
+KIND = ComponentKind(name="joint", stage="join", make=_make)
