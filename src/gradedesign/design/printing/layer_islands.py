@@ -44,10 +44,8 @@ class LayerIslands:
     ----------
     step_mm : float
         Height of a layer and edge of a pixel: one pixel is how far a layer may reach out.
-    count : int
     area_mm2 : float
         Of the first layers of all of them.
-    worst : WorstIsland or None
     """
 
     step_mm: float
@@ -77,7 +75,6 @@ def layer_islands(solid: BoolArray, grid: VoxelGrid) -> LayerIslands:
     ----------
     solid : (nx, ny, nz) bool array
         Layers along the last axis.
-    grid : VoxelGrid
     """
     islands: list[_Island] = []
     before = np.zeros(solid.shape[:2], dtype=np.int64)  # -1 held, n the n-th island

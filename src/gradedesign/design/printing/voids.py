@@ -46,7 +46,6 @@ class TrappedVoid:
 
     Attributes
     ----------
-    volume_mm3 : float
     at_mm : (float, float, float)
         Where it is widest.
     way_mm : float
@@ -73,7 +72,6 @@ class Voids:
         Of all voids.
     closed : int
         Voids without any way out, by the surface itself.
-    closed_volume_mm3 : float
     min_throat_mm : float or None
         Narrowest throat through which powder leaves; None: any does.
     trapped_volume_mm3 : float
@@ -115,7 +113,6 @@ def measure_voids(
         Its voxels, with an empty margin wider than half of ``min_throat``.
     outline : (nx, ny, nz) bool array
         Voxels of the fully solid part.
-    grid : VoxelGrid
     min_throat : float or None, mm
 
     References

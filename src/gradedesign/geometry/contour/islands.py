@@ -19,7 +19,7 @@ from gradedesign.geometry.triangles.winding import winding_numbers
 log = logging.getLogger(__name__)
 
 #: Largest share of the volume that may be dropped as disconnected components. Chosen, not measured.
-MAX_SHARE = 0.02
+_MAX_SHARE = 0.02
 #: About the cube of the edges that are collapsed after the cut, 0.02 grid steps, over that of half
 #: a step.
 CRUMB = 1e-4
@@ -52,19 +52,19 @@ class Islands:
 
 #: Share of the solid that is dust of the contour: pieces of a few of its triangles where surfaces
 #: touch (1.5e-5 of 232 mm^3 where a net joins cut struts). No one misses them. Chosen.
-DUST = 1e-6
+_DUST = 1e-6
 
 
 def islands_words(dropped: int, share: float) -> tuple[str, ...]:
     """Warning on solids that were left out, by their number and share of the volume."""
-    return (f"{dropped} floating islands were removed",) if share > DUST else ()
+    return (f"{dropped} floating islands were removed",) if share > _DUST else ()
 
 
 def remove_islands(
     surface: SurfaceMesh,
     *,
     keep: int = 1,
-    max_share: float = MAX_SHARE,
+    max_share: float = _MAX_SHARE,
     least_pocket: float = 0.0,
 ) -> tuple[SurfaceMesh, Islands]:
     """Keep the largest solids of a closed surface with their voids, drop the others.
@@ -83,11 +83,6 @@ def remove_islands(
     least_pocket : float, mm^3
         Closed voids up to this volume are filled: below the grid they are artefacts of cutting. Of
         solids those up to `CRUMB` of it are, and are dropped without being counted.
-
-    Returns
-    -------
-    surface : SurfaceMesh
-    islands : Islands
 
     Raises
     ------
@@ -127,13 +122,12 @@ def remove_islands(
 
 
 def largest_components(
-    mesh: TetMesh, *, keep: int = 1, max_share: float = MAX_SHARE
+    mesh: TetMesh, *, keep: int = 1, max_share: float = _MAX_SHARE
 ) -> tuple[TetMesh, int, float]:
     """Keep the largest face-connected pieces of a tetrahedral mesh.
 
     Parameters
     ----------
-    mesh : TetMesh
     keep : int
         Number of pieces to keep, by volume; the number of bodies of the part.
     max_share : float
@@ -170,7 +164,7 @@ def largest_components(
     return kept, dropped, share
 
 
-def refuse_large(dropped: int, share: float, max_share: float = MAX_SHARE) -> None:
+def refuse_large(dropped: int, share: float, max_share: float = _MAX_SHARE) -> None:
     """Refuse disconnected components that hold more than a share of the volume.
 
     Raises

@@ -38,7 +38,7 @@ SUBCELLS = 4
 #: measured.
 LEAST_SHARE = 1e-8
 #: Share that may miss in an element that counts as whole. Above the rounding of the quadrature.
-WHOLE = 1e-9
+_WHOLE = 1e-9
 #: Share of the volume that disconnected components may hold. Chosen, not measured.
 DISCONNECTED_SHARE = 0.01
 #: Cut elements per call of the quadrature. Chosen, not measured.
@@ -279,7 +279,7 @@ def _integrated(
         own = samples[part]
         in_ranges(fitted_weights, range(len(own)), own, RULE, values, integrals, weights[part])
     fill = weights.sum(axis=1)
-    full = fill >= 1.0 - WHOLE
+    full = fill >= 1.0 - _WHOLE
     whole = np.concatenate([whole, cut[full]])
     solid = np.flatnonzero((fill > LEAST_SHARE) & ~full)
     return whole, cut[solid], copy[solid], samples[solid], weights[solid]

@@ -59,9 +59,9 @@ SMOOTHING = (2, 12.0)
 CHUNK = 4096
 #: Elements with hanging nodes whose matrices are made at once: these have 81 unknowns. Chosen, not
 #: measured.
-HANGING_CHUNK = 512
+_HANGING_CHUNK = 512
 #: Rows of a vector that are worth a thread: 0.1 ms of memory. Chosen, not measured.
-ROWS_A_THREAD = 16384
+_ROWS_A_THREAD = 16384
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -227,7 +227,7 @@ def _relaxed(
 
 def _rows(x: NDArray[np.float32]) -> range:
     """Rows of a vector ``(N, 3)``, in as many as are worth a thread."""
-    return range(0, len(x), ROWS_A_THREAD)
+    return range(0, len(x), _ROWS_A_THREAD)
 
 
 def _largest(
@@ -281,8 +281,8 @@ def _inverse_diagonal(
             own = springs.blocks[plain, 3 * a : 3 * a + 3, 3 * a : 3 * a + 3].reshape(-1, 9)
             _add_at(diagonal, space.nodes[springs.element[plain], a], own)
     hanging = np.flatnonzero(free.kind)
-    for k in range(0, len(hanging), HANGING_CHUNK):
-        chosen = hanging[k : k + HANGING_CHUNK]
+    for k in range(0, len(hanging), _HANGING_CHUNK):
+        chosen = hanging[k : k + _HANGING_CHUNK]
         matrices = free_matrices(elements, free, stiffness, softness, chosen)
         for a in range(27):
             own = matrices[:, 3 * a : 3 * a + 3, 3 * a : 3 * a + 3].reshape(-1, 9)

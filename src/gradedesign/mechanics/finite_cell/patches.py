@@ -34,7 +34,7 @@ from gradedesign.mechanics.finite_cell.space import BrickSpace
 #: A node is weak if no element that holds it has a larger share of solid. On a gyroid sheet with
 #: one to two elements across the wall: 0.1, 0.25, 0.5 and 0.9 take 109, 61, 32 and 25 iterations
 #: and 1, 3, 6 and 24 kB an element as full matrices.
-WEAK = 0.5
+_WEAK = 0.5
 #: Share of the patches' corrections that is taken: neighbouring patches overlap. Chosen, not
 #: measured.
 OVERLAP = 0.5
@@ -162,7 +162,7 @@ def _weak_nodes(
     """
     best = np.zeros(len(space.place))
     np.maximum.at(best, space.nodes, solid_fraction(elements)[:, None])
-    weak = best < WEAK
+    weak = best < _WEAK
     if stiffness.springs is not None:
         weak[space.nodes[stiffness.springs.element]] = True
     if space.hanging is not None:

@@ -14,7 +14,7 @@ from gradedesign.mechanics.finite_cell.stress import SolidPoints
 
 #: Gauss points along an edge at which quadratic bricks have their most accurate stress. J. Barlow,
 #: Optimal stress locations in finite element models, Int. J. Numer. Meth. Engng 10, 1976.
-BARLOW = 2
+_BARLOW = 2
 #: Share of solid from which an element counts as well filled. In others the points may lie in the
 #: void, far from the solid. Chosen, not measured.
 WELL_FILLED = 0.5
@@ -62,7 +62,7 @@ def recovered_stress(
         elements.size,
         np.array([*lame, thermal_strain]),
         solid_fraction(elements) >= WELL_FILLED,
-        gauss_places(BARLOW)[0, :BARLOW],
+        gauss_places(_BARLOW)[0, :_BARLOW],
         starts,
         at.element,
         np.ascontiguousarray(at.reference),

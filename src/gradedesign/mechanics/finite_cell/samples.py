@@ -15,7 +15,7 @@ from gradedesign.mechanics.finite_cell.grid import Grid
 
 #: A field this close to 0, over the shortest edge of an element, counts as inside: where an edge of
 #: the solid runs along corners of sub-cells, all corners of a tetrahedron inside may be 0.
-ON_SURFACE = 1e-10
+_ON_SURFACE = 1e-10
 #: Points per call of the field. Chosen, not measured.
 POINTS = 2**18
 
@@ -44,7 +44,7 @@ def classify(
     chosen_bricks = None if wanted is None else wanted.T
     raw[-2:] = _sample(field, x, y, z[:2], _around(chosen_bricks, 0, subcells))
     layer = np.zeros((subcells + 1, y.size, x.size))
-    near = ON_SURFACE * float(grid.edges.min())
+    near = _ON_SURFACE * float(grid.edges.min())
     window = (subcells + 1,) * 3
     whole: list[NDArray[np.int32]] = []
     cut: list[NDArray[np.int32]] = []

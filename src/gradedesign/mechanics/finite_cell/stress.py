@@ -15,9 +15,9 @@ from gradedesign.mechanics.finite_cell.surface import reference_of
 
 #: Sub-cells with a smaller share of their element's volume hold no sample point. Chosen, not
 #: measured.
-LEAST_PART = 1e-9
+_LEAST_PART = 1e-9
 #: Points that are worth a thread: 0.1 ms of work. Chosen, not measured.
-POINTS_A_THREAD = 1024
+_POINTS_A_THREAD = 1024
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -65,7 +65,7 @@ def solid_parts(elements: Elements, most: int | None = None) -> SolidParts:
     """
     parts = BLOCKS**3
     first, total = elements.whole * parts, len(elements.position) * parts
-    held = first + np.flatnonzero(elements.share.ravel() > LEAST_PART)
+    held = first + np.flatnonzero(elements.share.ravel() > _LEAST_PART)
     number = np.concatenate([np.arange(first), held])
     if most is not None:
         number = number[:: max(1, -(-number.size // most))]
@@ -115,7 +115,7 @@ def displacement_at(
     reference = reference_of(elements, element, points)
     in_ranges(
         kernels.displacement_in_elements,
-        range(0, element.size, POINTS_A_THREAD),
+        range(0, element.size, _POINTS_A_THREAD),
         space.nodes,
         u,
         element,

@@ -39,14 +39,14 @@ from gradedesign.mechanics.material.material import Material
 #: Nodes nearer than this share of the region's extent count as one place. Chosen, not measured.
 APART = 0.2
 #: A place that moves less than this share of the largest displacement governs no more. With it and
-#: `MOST_PLACES` sizing of `clevis`, whose two ears take turns, holds after 8 to 14 iterations; with
-#: the present node alone not after 60.
-RELEVANT = 0.5
+#: `_MOST_PLACES` sizing of `clevis`, whose two ears take turns, holds after 8 to 14 iterations;
+#: with the present node alone not after 60.
+_RELEVANT = 0.5
 #: Places of a limit that are followed. Chosen, not measured.
-MOST_PLACES = 4
+_MOST_PLACES = 4
 #: A region that moves by less than this share of the part's largest displacement is at rest.
 #: Chosen, not measured.
-AT_REST = 1e-6
+_AT_REST = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -147,7 +147,7 @@ class DisplacementLimit(Limit):
 
     def rest(self, analysis: Analysis) -> float:
         """A share of the part's largest displacement."""
-        return AT_REST * analysis.largest_displacement(self.key.load_case)
+        return _AT_REST * analysis.largest_displacement(self.key.load_case)
 
 
 def largest_displacement(
@@ -184,9 +184,9 @@ def governing_places(
     for nearer in before:
         away = np.linalg.norm(points[:, places] - points[:, [nearer]], axis=0)
         value, _ = largest_displacement(displacement, np.array([nearer]), component)
-        if away.min() > APART * extent and value >= RELEVANT * largest:
+        if away.min() > APART * extent and value >= _RELEVANT * largest:
             places.append(nearer)
-    return tuple(places[:MOST_PLACES])
+    return tuple(places[:_MOST_PLACES])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
