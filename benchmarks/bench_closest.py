@@ -10,8 +10,8 @@ import igl
 import numpy as np
 
 from gradedesign.geometry.part.signed_distance import surface_distance
-from gradedesign.geometry.triangles.closest import build_triangle_tree, closest_features
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
+from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree, closest_features
 from gradedesign.geometry.triangles.winding import winding_numbers
 
 POINTS = 20_000

@@ -204,7 +204,7 @@ def test_triangles_are_looked_for_by_one_tree_and_one_grid_classifier():
         "_crossing_kernels", "_contact_kernels",
     }  # fmt: skip
     assert kernels_with("corners", "first", "member") == {"_grid_kernels"}
-    doors = {"closest", "winding", "grid_classifier"}
+    doors = {"triangle_tree", "winding", "grid_classifier"}
     kernels = ("tree", "ray", "winding", "grid")
     names = tuple(f"triangles._{kernel}_kernels" for kernel in kernels)
     users = {p.stem for p in MODULES if any(n.endswith(names) for n in imports(p))}

@@ -8,7 +8,6 @@ from gradedesign.errors import LatticeError
 from gradedesign.geometry.contour.surface import extract_surface
 from gradedesign.geometry.triangles import chord_tolerance
 from gradedesign.geometry.triangles.chord_tolerance import within_chord
-from gradedesign.geometry.triangles.closest import build_triangle_tree, closest_features
 from gradedesign.geometry.triangles.crossings import TOUCHING, crossing_triangles
 from gradedesign.geometry.triangles.surface_mesh import (
     SurfaceMesh,
@@ -16,6 +15,7 @@ from gradedesign.geometry.triangles.surface_mesh import (
     enclosed_volume,
     open_edge_count,
 )
+from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree, closest_features
 
 BALL = extract_surface(lambda p: np.linalg.norm(p, axis=0) - 2.0, [-3] * 3, [3] * 3, 0.1)
 

@@ -9,9 +9,9 @@ import gradedesign
 from gradedesign.errors import MeshError
 from gradedesign.geometry.contour.sample import grid_points
 from gradedesign.geometry.part.box import box_surface
-from gradedesign.geometry.triangles.closest import build_triangle_tree
 from gradedesign.geometry.triangles.distance_grid import distance_grid
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
+from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree
 from gradedesign.geometry.triangles.winding import agreeing, winding_numbers, winding_tree
 
 SHAPE, LOWER, SPACING = (21, 17, 27), np.array([-1.6, -1.3, -2.1]), 0.157

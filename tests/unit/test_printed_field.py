@@ -11,7 +11,6 @@ from plain_windings import plain_windings
 from gradedesign.errors import MeshError
 from gradedesign.geometry.contour.surface import extract_surface
 from gradedesign.geometry.part.box import box_surface
-from gradedesign.geometry.triangles.closest import build_triangle_tree, closest_triangles
 from gradedesign.geometry.triangles.grid_classifier import (
     build_classifier,
     marked_inside,
@@ -19,6 +18,7 @@ from gradedesign.geometry.triangles.grid_classifier import (
 )
 from gradedesign.geometry.triangles.printed_field import printed_field
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
+from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree, closest_triangles
 
 
 def as_surface(mesh):

@@ -7,8 +7,7 @@ from gradedesign.errors import MeshError
 from gradedesign.geometry.contour.islands import largest_components
 from gradedesign.geometry.tets.quality import piece_labels, require_sound, tet_report
 from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
-from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
-from gradedesign.geometry.triangles.unbalanced_edges import unbalanced_edge_count
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, unbalanced_edge_count
 
 REGULAR = np.array([[1, 1, 1], [-1, 1, -1], [1, -1, -1], [-1, -1, 1.0]]).T
 CORNER = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]).T

@@ -9,8 +9,8 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.design.acceptance.body import Body, measure_body
-from gradedesign.geometry.triangles.closest import build_triangle_tree, distance_within
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
+from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree, distance_within
 
 #: Volumes that differ by more are a warning: stiffness goes at least with volume. Chosen, not
 #: measured.

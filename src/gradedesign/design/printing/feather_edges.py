@@ -9,12 +9,12 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.design.printing.wall_thickness import RAYS, surface_rays
 from gradedesign.geometry.triangles._surface_mesh_kernels import triangle_areas
-from gradedesign.geometry.triangles.closest import (
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, area_vectors, corner_points
+from gradedesign.geometry.triangles.triangle_tree import (
     build_triangle_tree,
     closest_triangles,
     ray_lengths,
 )
-from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, area_vectors, corner_points
 
 #: A rim between faces that enclose less than this is a feather edge, degrees: it is thinner than a
 #: wall over 1.7 times that wall. Where faces of the part cut walls at random, edges of 45 to 60

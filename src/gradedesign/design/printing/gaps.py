@@ -9,8 +9,8 @@ import numpy as np
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.design.printing.wall_thickness import surface_rays
 from gradedesign.geometry.part.signed_distance import surface_distance
-from gradedesign.geometry.triangles.closest import ray_lengths
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.geometry.triangles.triangle_tree import ray_lengths
 
 #: Rays of a measurement. Chosen, not measured.
 RAYS = 20_000

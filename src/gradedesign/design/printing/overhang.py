@@ -9,8 +9,8 @@ import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.design.printing.wall_thickness import surface_rays
-from gradedesign.geometry.triangles.closest import build_triangle_tree, ray_lengths
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, area_vectors, corner_points
+from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree, ray_lengths
 
 #: Steps of the search for an orientation, degrees: all directions, then around the best. Chosen,
 #: not measured.

@@ -10,8 +10,8 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import MeshError
 from gradedesign.geometry.triangles._surface_mesh_kernels import triangle_areas
-from gradedesign.geometry.triangles.closest import build_triangle_tree, ray_lengths
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, area_vectors, corner_points
+from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree, ray_lengths
 
 #: Rays of a measurement. The thinnest 0.1 % then rest on 100 of them.
 RAYS = 100_000

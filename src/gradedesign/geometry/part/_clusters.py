@@ -10,11 +10,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
-from gradedesign.geometry.part._edges import Edges, face_edges
+from gradedesign.geometry.part._edges import Edges, face_edges, linked_sets, split_by
 from gradedesign.geometry.part._face_fits import Patch
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, area_vectors, corner_points
 
@@ -80,18 +78,19 @@ def find_clusters(surface: SurfaceMesh, angle_deg: float) -> Clusters:
     first, second = edges.pairs.T
     turn = _angles(normals[first], normals[second])
     size = len(surface.faces)
-    label = _components(edges.pairs[turn < _COPLANAR[0]], size)
+    label = linked_sets(edges.pairs[turn < _COPLANAR[0]].T, size)
     label = _split_curved(surface, label, edges, turn, normals, areas, noise)
-    facets = _grouped(label, np.arange(size))
+    facets = tuple(split_by(label, np.arange(size)))
     normal = _mean_normals(label, normals, areas)
     smooth = turn <= angle_deg + 1e-3
-    region = _components(edges.pairs[smooth], size)[np.unique(label, return_index=True)[1]]
+    region = linked_sets(edges.pairs[smooth].T, size)[np.unique(label, return_index=True)[1]]
     neighbours, turns = _adjacency(label[first[smooth]], label[second[smooth]], normal)
+    used = np.unique(np.stack([label.repeat(3), surface.faces.ravel()]), axis=1)
     return Clusters(
         surface=surface,
         label=label,
         facets=facets,
-        vertices=_grouped(*np.unique(np.stack([label.repeat(3), surface.faces.ravel()]), axis=1)),
+        vertices=tuple(split_by(*used)),
         facet_normals=normals,
         facet_areas=areas,
         normal=normal,
@@ -136,19 +135,6 @@ def connected_sets(clusters: Clusters, members: Iterable[int]) -> list[list[int]
                     front.append(neighbour)
         result.append(sorted(component))
     return result
-
-
-def _grouped(label: IntArray, values: IntArray) -> tuple[IntArray, ...]:
-    """Values of every label, in their order."""
-    order = np.argsort(label, kind="stable")
-    return tuple(np.split(values[order], np.cumsum(np.bincount(label))[:-1]))
-
-
-def _components(pairs: IntArray, size: int) -> IntArray:
-    graph = coo_array(
-        (np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), shape=(size, size)
-    )
-    return connected_components(graph, directed=False)[1].astype(np.int64)
 
 
 def _angles(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -199,7 +185,7 @@ def _split_curved(
     if not curved.any():
         return label
     limit = np.where(curved[label[edges.pairs[:, 0]]], _COPLANAR[1], _COPLANAR[0])
-    return _components(edges.pairs[turn < limit], len(label))
+    return linked_sets(edges.pairs[turn < limit].T, len(label))
 
 
 def _mean_normals(label: IntArray, normals: FloatArray, areas: FloatArray) -> FloatArray:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from gradedesign.arrays import BoolArray, IntArray
-from gradedesign.geometry.part._edges import face_edges
+from gradedesign.geometry.part._edges import face_edges, sharing_sets
 
 
 def drop_duplicates(faces: IntArray) -> tuple[IntArray, int]:
@@ -113,10 +111,7 @@ def _patches(sets: IntArray, doubled: BoolArray) -> IntArray:
     edge_of = face_edges(sets).edge_of
     number = np.tile(np.arange(len(sets)), 3)
     side = doubled[number]
-    node = len(sets) + edge_of[side]
-    size = len(sets) + int(edge_of.max() + 1)
-    graph = coo_array((np.ones(len(node)), (number[side], node)), shape=(size, size))
-    group = connected_components(graph, directed=False)[1][: len(sets)]
+    group = sharing_sets(number[side], edge_of[side], len(sets))
     patch = np.full(len(sets), -1, dtype=np.int64)
     patch[doubled] = np.unique(group[doubled], return_inverse=True)[1]
     return patch

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from gradedesign.arrays import BoolArray, IntArray
 
@@ -67,3 +71,22 @@ def face_edges(faces: IntArray) -> Edges:
 def odd_edge_count(faces: IntArray) -> int:
     """Count edges with an odd number of facets: 0 for a surface that can be closed."""
     return int(np.count_nonzero(face_edges(faces).count % 2))
+
+
+def linked_sets(pairs: ArrayLike, size: int) -> IntArray:
+    """Number the sets of things that pairs ``(2, k)`` connect, ``(size,)``."""
+    first, second = np.asarray(pairs)
+    graph = coo_array((np.ones(len(first)), (first, second)), shape=(size, size))
+    return connected_components(graph, directed=False)[1].astype(np.int64)
+
+
+def sharing_sets(owner: IntArray, shared: IntArray, size: int) -> IntArray:
+    """Number the sets of things that have something in common, from pairs of both, ``(size,)``."""
+    most = int(shared.max()) + 1 if len(shared) else 0
+    return linked_sets((owner, size + shared), size + most)[:size]
+
+
+def split_by(label: IntArray, values: NDArray[Any], count: int = 0) -> list[NDArray[Any]]:
+    """Values (n, ...) of every label ``(n,)``, in their order; of so many labels at least."""
+    ends = np.cumsum(np.bincount(label, minlength=count))[:-1]
+    return np.split(values[np.argsort(label, kind="stable")], ends)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray
+from gradedesign.geometry.part._edges import split_by
 from gradedesign.geometry.part.place_words import place, plane_of
 from gradedesign.geometry.part.regions_schema import (
     AXES,
@@ -85,12 +86,10 @@ class Match:
 def faced_part(surface: SurfaceMesh, faces: SmoothFaces) -> FacedPart:
     """Gather the surface, its faces and the data that the filters need."""
     lower, upper = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
-    order = np.argsort(faces.label, kind="stable")
-    ends = np.cumsum(np.bincount(faces.label, minlength=len(faces.faces)))[:-1]
     return FacedPart(
         surface=surface,
         faces=faces,
-        corners=tuple(np.split(corner_points(surface)[order], ends)),
+        corners=tuple(split_by(faces.label, corner_points(surface), len(faces.faces))),
         lower=lower,
         upper=upper,
         diagonal=float(np.linalg.norm(upper - lower)),

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.geometry.part._clusters import Clusters
-from gradedesign.geometry.part._edges import face_edges
+from gradedesign.geometry.part._edges import face_edges, linked_sets
 from gradedesign.geometry.triangles.surface_mesh import corner_points
 
 #: Facets around a seed that a first fit takes. Chosen, not measured.
@@ -123,10 +121,7 @@ def from_seeds(
 def connected_facets(sheet: FacetSheet, mask: BoolArray, facets: IntArray) -> IntArray:
     """Facets of a mask that are connected to most of the given facets."""
     joined = sheet.pairs[mask[sheet.pairs].all(axis=1)]
-    graph = coo_array(
-        (np.ones(len(joined), dtype=np.int8), tuple(joined.T)), shape=(len(mask), len(mask))
-    )
-    part = connected_components(graph, directed=False)[1]
+    part = linked_sets(joined.T, len(mask))
     return np.flatnonzero(mask & (part == np.bincount(part[facets[mask[facets]]]).argmax()))
 
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.geometry.part._duplicates import facing_pairs
+from gradedesign.geometry.part._edges import split_by
 from gradedesign.geometry.part._manifold import manifold_shells
 from gradedesign.geometry.part._nesting import facet_areas, flat_shells
-from gradedesign.geometry.part._orient import split_shells
 from gradedesign.geometry.triangles.winding import winding_numbers
 
 #: Beside a fold, solid is looked for this many tolerances away from it, on both sides. Chosen, not
@@ -60,7 +60,7 @@ def unfolded_shells(
         If the surface does not close.
     """
     points, shells, label = manifold_shells(vertices, faces, tolerance=margin, source=source)
-    flat = flat_shells(points, split_shells(shells, label), margin)
+    flat = flat_shells(points, split_by(label, shells), margin)
     sheet = flat[label]
     fold = facing_pairs(faces, label) & ~sheet
     if (sheet | fold).all():  # the caller names a surface that has no volume at all
@@ -82,7 +82,7 @@ def unfolded_shells(
             f"{source}: {flat.sum()} closed shells without volume were dropped"
             + _joined(solid, vertices[faces[sheet]], margin)
         )
-    parts = [part for part in split_shells(shells, label) if len(part)]
+    parts = [part for part in split_by(label, shells) if len(part)]
     return Unfolded(
         vertices=points, parts=tuple(parts), removed=int(fold.sum()), notes=tuple(notes)
     )

@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import PartError
-from gradedesign.geometry.part._edges import face_edges
+from gradedesign.geometry.part._edges import face_edges, linked_sets, split_by
 from gradedesign.geometry.part._nesting import flat_shells, manifold_of, mesh_of, shell_volume
-from gradedesign.geometry.part._orient import shell_labels, split_shells
+from gradedesign.geometry.part._orient import shell_labels
 from gradedesign.geometry.part._self_crossing import pieces_of
 from gradedesign.geometry.part._touching import Touches, find_touches
 from gradedesign.geometry.triangles.short_edges import used_only, without_short_edges
@@ -163,8 +161,7 @@ def _joined(
     if len(touches.area) == 0:
         return shells, 0, []
     count = len(shells.parts)
-    graph = coo_array((np.ones(len(touches.area)), tuple(owner[touches.shells])), (count, count))
-    cluster = connected_components(graph, directed=False)[1][owner]
+    cluster = linked_sets(owner[touches.shells], count)[owner]
     touched = np.unique(cluster[touches.shells])
     points, parts, notes, start, solids = [], [], [], 0, 0
     for number in range(int(cluster.max()) + 1):
@@ -229,7 +226,7 @@ def united_shells(
     """
     surface = used_only(vertices, without_short_edges(vertices, faces, margin))
     label = shell_labels(face_edges(surface.faces), len(surface.faces))
-    parts = split_shells(surface.faces, label)
+    parts = split_by(label, surface.faces)
     flat = flat_shells(surface.vertices, parts, margin)
     return surface.vertices, [part for part, gone in zip(parts, flat, strict=True) if not gone]
 

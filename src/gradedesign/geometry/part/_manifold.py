@@ -7,13 +7,11 @@ each wedge of solid lies between two of them; these are neighbours on one shell.
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import PartError
 from gradedesign.geometry.part._duplicates import copy_numbers
-from gradedesign.geometry.part._edges import Edges, face_edges
+from gradedesign.geometry.part._edges import Edges, face_edges, linked_sets
 from gradedesign.geometry.part._nesting import shell_volume
 from gradedesign.geometry.part._orient import shell_labels
 
@@ -59,19 +57,15 @@ def manifold_shells(
         np.concatenate([first, (first + m) % (3 * m)]),
         np.concatenate([(second + m) % (3 * m), second]),
     )
-    graph = coo_array((np.ones(2 * len(first), dtype=np.int8), links), shape=(3 * m, 3 * m))
-    fan = connected_components(graph, directed=False)[1]
+    fan = linked_sets(links, 3 * m)
     _, corner, vertex = np.unique(fan, return_index=True, return_inverse=True)
     if len(corner) == len(np.unique(faces)):
         return vertices, faces, label
-    shell = connected_components(
-        coo_array((np.ones(len(first), dtype=np.int8), (first % m, second % m)), shape=(m, m)),
-        directed=False,
-    )[1]
+    shell = linked_sets((first % m, second % m), m)
     return (
         vertices[faces.T.ravel()[corner]],
         vertex.ravel().reshape(3, m).T.astype(np.int64),
-        shell.astype(np.int64),
+        shell,
     )
 
 

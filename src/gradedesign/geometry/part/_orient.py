@@ -3,25 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import PartError
-from gradedesign.geometry.part._edges import Edges, face_edges
+from gradedesign.geometry.part._edges import Edges, face_edges, linked_sets
 
 
 def shell_labels(edges: Edges, size: int) -> IntArray:
     """Number the sets of facets that hang together across manifold edges, ``(m,)``."""
-    first, second = edges.pairs.T
-    graph = coo_array((np.ones(len(first), dtype=np.int8), (first, second)), shape=(size, size))
-    return connected_components(graph, directed=False)[1].astype(np.int64)
-
-
-def split_shells(faces: IntArray, label: IntArray) -> list[IntArray]:
-    """Facets of every shell, from the shell of every facet, in their order."""
-    order = np.argsort(label, kind="stable")
-    return np.split(faces[order], np.cumsum(np.bincount(label))[:-1])
+    return linked_sets(edges.pairs.T, size)
 
 
 def orient_consistently(vertices: FloatArray, faces: IntArray, source: str) -> tuple[IntArray, int]:
@@ -47,8 +37,7 @@ def orient_consistently(vertices: FloatArray, faces: IntArray, source: str) -> t
     twist = np.where(edges.pair_consistent, 0, m)
     rows = np.concatenate([first, first + m])
     columns = np.concatenate([second + twist, second + m - twist])
-    graph = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(2 * m, 2 * m))
-    half = connected_components(graph, directed=False)[1]
+    half = linked_sets((rows, columns), 2 * m)
     one_sided = half[:m] == half[m:]
     if one_sided.any():
         place = vertices[faces[one_sided]].mean(axis=(0, 1))

@@ -14,9 +14,9 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import PartError
-from gradedesign.geometry.part._edges import face_edges
+from gradedesign.geometry.part._edges import face_edges, split_by
 from gradedesign.geometry.part._nesting import manifold_of, mesh_of, shell_volume
-from gradedesign.geometry.part._orient import shell_labels, split_shells
+from gradedesign.geometry.part._orient import shell_labels
 from gradedesign.geometry.triangles.crossings import crossing_triangles
 from gradedesign.geometry.triangles.grid_classifier import RAYS, WindingVolumes, winding_volumes
 
@@ -91,7 +91,7 @@ def uncross_shells(
         own, facets, note = _united(vertices, part, volumes, margin, pairs, source)
         notes.append(note)
         facets = facets if part is original else facets[:, ::-1]
-        shells += split_shells(facets + count, shell_labels(face_edges(facets), len(facets)))
+        shells += split_by(shell_labels(face_edges(facets), len(facets)), facets + count)
         points.append(own)
         count += len(own)
         united += 1

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import PartError
+from gradedesign.geometry.part._edges import linked_sets
 from gradedesign.geometry.part._nesting import Nesting
 
 #: A disconnected component below this share of the largest one's volume is a fragment. Chosen, not
@@ -84,7 +83,7 @@ def _outside(nesting: Nesting, sign: IntArray) -> IntArray:
 
 def _clusters(related: BoolArray) -> IntArray:
     """Number the sets of shells that are related, ``(s,)``."""
-    return connected_components(coo_array(related), directed=False)[1].astype(np.int64)
+    return linked_sets(np.nonzero(related), len(related))
 
 
 def _fragments(cluster: IntArray, volumes: FloatArray) -> BoolArray:

@@ -10,11 +10,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import PartError
+from gradedesign.geometry.part._edges import linked_sets
 from gradedesign.geometry.part._folds import unfolded_shells
 from gradedesign.geometry.part._joined import Settled, overlapping, settle_touches, united_shells
 from gradedesign.geometry.part._nesting import Nesting, find_nesting, innermost, shell_volume, unite
@@ -171,7 +170,7 @@ def _united(shells: _Shells, margin: float, source: str) -> tuple[_Shells, str]:
     volumes = np.array([shell_volume(vertices, part) for part in parts])
     related = nesting.overlap.copy()
     related[np.arange(len(parts)), shells.owner] = True
-    cluster = connected_components(coo_array(related), directed=False)[1]
+    cluster = linked_sets(np.nonzero(related), len(parts))
     # What is united anyway must leave no slit where its shells touch as well.
     one, other = cluster[shells.touches.shells]
     touches = shells.touches.chosen(

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.geometry.part._edges import sharing_sets
+from gradedesign.geometry.part._nesting import facet_areas
 from gradedesign.geometry.triangles.contacts import Contacts, find_contacts
 from gradedesign.geometry.triangles.winding import winding_numbers
 
@@ -118,9 +118,7 @@ def find_touches(vertices: FloatArray, parts: Sequence[IntArray], margin: float)
     patch = _patches(faces, pair)
     corners = vertices[faces]
     between = _between_solids(corners, contacts, patch[pair], margin)
-    areas = np.linalg.norm(
-        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-    )
+    areas = facet_areas(corners)
     covered = np.zeros((2, pair.shape[1]))
     for side in (0, 1):
         number = patch[pair[side]]
@@ -142,11 +140,8 @@ def _patches(faces: IntArray, pair: IntArray) -> IntArray:
     used = np.unique(pair)
     number = np.full(len(faces), -1, dtype=np.int64)
     if len(used):
-        node = len(used) + faces[used].ravel()
-        size = len(used) + int(faces.max()) + 1
         row = np.repeat(np.arange(len(used)), 3)
-        graph = coo_array((np.ones(len(node)), (row, node)), shape=(size, size))
-        group = connected_components(graph, directed=False)[1][: len(used)]
+        group = sharing_sets(row, faces[used].ravel(), len(used))
         number[used] = np.unique(group, return_inverse=True)[1]
     return number
 

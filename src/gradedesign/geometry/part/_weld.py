@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections import deque
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import PartError
-from gradedesign.geometry.part._edges import face_edges, odd_edge_count
+from gradedesign.geometry.part._edges import face_edges, linked_sets, odd_edge_count
+from gradedesign.geometry.part._nesting import facet_areas
 
 #: A gap this many times as wide as what lies on its one side cuts off what is on the other. Chosen,
 #: not measured.
@@ -94,13 +93,9 @@ def weld(corners: FloatArray, tolerance: float, source: str) -> tuple[FloatArray
     pairs = tree.query_pairs(tolerance, output_type="ndarray")
     if len(pairs) == 0:
         return points, index.reshape(-1, 3).astype(np.int64), 0
-    graph = coo_array(
-        (np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])),
-        shape=(len(points), len(points)),
-    )
-    count, cluster = connected_components(graph, directed=False)
+    cluster = linked_sets(pairs.T, len(points))
     _, first = np.unique(cluster, return_index=True)
-    return points[first], cluster[index].reshape(-1, 3).astype(np.int64), len(points) - count
+    return points[first], cluster[index].reshape(-1, 3), len(points) - len(first)
 
 
 def thickness(vertices: FloatArray) -> float:
@@ -124,7 +119,7 @@ def drop_degenerate(vertices: FloatArray, faces: IntArray, diagonal: float) -> t
     """
     a, b, c = faces.T
     distinct = faces[(a != b) & (b != c) & (c != a)]
-    flat = _areas(vertices, distinct) <= (1e-9 * diagonal) ** 2
+    flat = facet_areas(vertices[distinct]) <= (1e-9 * diagonal) ** 2
     if flat.any():
         plain = distinct[~flat]
         edges = face_edges(distinct)
@@ -135,11 +130,6 @@ def drop_degenerate(vertices: FloatArray, faces: IntArray, diagonal: float) -> t
         best = min(ways, key=odd_edge_count)
         return best, len(faces) - len(plain)
     return distinct, len(faces) - len(distinct)
-
-
-def _areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
 
 
 def _flip_flat(vertices: FloatArray, faces: IntArray, flat: BoolArray) -> IntArray:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from gradedesign.arrays import IntArray
 from gradedesign.design.case.schema import Case
 from gradedesign.errors import CaseError
+from gradedesign.geometry.part._edges import linked_sets
 from gradedesign.geometry.part.place_schema import BodySpec
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
 from gradedesign.geometry.triangles.winding import winding_numbers
@@ -35,8 +34,7 @@ def body_of_triangles(surface: SurfaceMesh) -> IntArray:
         Closed; its shells share no vertices.
     """
     ends = surface.faces[:, [0, 1, 1, 2]].reshape(-1, 2).T
-    graph = coo_array((np.ones(ends.shape[1]), tuple(ends)), shape=(len(surface.vertices),) * 2)
-    of_vertex = connected_components(graph, directed=False)[1]
+    of_vertex = linked_sets(ends, len(surface.vertices))
     label = of_vertex[surface.faces[:, 0]]
     corners = corner_points(surface)
     a, b, c = np.moveaxis(corners - surface.vertices.mean(axis=0), 1, 0)

@@ -6,11 +6,9 @@ Faces of the file that share an edge and a surface are one, as the two halves of
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from gradedesign.arrays import FloatArray, IntArray
-from gradedesign.geometry.part._edges import face_edges
+from gradedesign.geometry.part._edges import face_edges, linked_sets, split_by
 from gradedesign.geometry.part._face_fits import covered_angle
 from gradedesign.geometry.part.exact_surface import ExactSurface
 from gradedesign.geometry.part.file_faces import NO_FACE, FileFaces
@@ -36,17 +34,15 @@ def exact_faces(surface: SurfaceMesh, file_faces: FileFaces) -> SmoothFaces:
     group = _groups(surface, file_faces, pairs, vectors)
     inner = pairs[group[pairs[:, 0]] == group[pairs[:, 1]]]
     size = len(surface.faces)
-    graph = coo_array((np.ones(len(inner), dtype=np.int8), tuple(inner.T)), shape=(size, size))
-    parts = connected_components(graph, directed=False)[1]
+    parts = linked_sets(inner.T, size)
     first, index = np.unique(parts, return_index=True, return_inverse=True)[1:]
     rank = np.argsort(np.argsort(first))
     label = rank[index.ravel()].astype(np.int64)
-    members = np.split(np.argsort(label, kind="stable"), np.cumsum(np.bincount(label))[:-1])
     return SmoothFaces(
         label=label,
         faces=tuple(
             _face(surface, file_faces.surfaces.get(int(file_faces.label[own[0]]), _OTHER), own)
-            for own in members
+            for own in split_by(label, np.arange(size))
         ),
     )
 

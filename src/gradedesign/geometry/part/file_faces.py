@@ -12,8 +12,8 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.errors import PartError
 from gradedesign.geometry.part.exact_surface import ExactSurface
-from gradedesign.geometry.triangles.closest import build_triangle_tree, closest_features
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, area_vectors, corner_points
+from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree, closest_features
 
 #: Label of a triangle that belongs to no face of the file.
 NO_FACE = -1

@@ -16,7 +16,7 @@ from gradedesign.geometry.part._nesting import shell_volume
 from gradedesign.geometry.part._weld import compact
 from gradedesign.geometry.part.raw_triangles import require_finite
 from gradedesign.geometry.part.repair import build_surface, cleaned, core_diagonal
-from gradedesign.geometry.triangles.closest import build_triangle_tree, closest_features
+from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree, closest_features
 
 #: A repairer's answer to vertices and faces: arrays ``vertices`` and ``faces``, and its changes.
 Mend: TypeAlias = Callable[

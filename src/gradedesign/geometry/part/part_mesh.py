@@ -15,12 +15,12 @@ from gradedesign.errors import CaseError, MeshError
 from gradedesign.geometry.tets.meshed_surface import MeshedSurface, tetrahedralize
 from gradedesign.geometry.tets.mesher import PYTETWILD, Mesher
 from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_facets
-from gradedesign.geometry.triangles.closest import (
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.geometry.triangles.triangle_tree import (
     ClosestPoints,
     build_triangle_tree,
     closest_features,
 )
-from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 #: Facets of a region are turned against its surface by less, degrees. Chosen, not measured.
 _FACET_ANGLE = 40.0

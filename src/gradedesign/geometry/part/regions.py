@@ -19,6 +19,7 @@ from gradedesign.geometry.part._face_filters import (
     point_distance,
 )
 from gradedesign.geometry.part._file_filter import marked_triangles
+from gradedesign.geometry.part._nesting import facet_areas
 from gradedesign.geometry.part._region_messages import check_assertions, listing, nothing_found
 from gradedesign.geometry.part.bore import Bore, common_bore
 from gradedesign.geometry.part.file_faces import FileFaces
@@ -235,7 +236,7 @@ def _region(part: FacedPart, name: str, spec: RegionSpec, selection: _Selection)
             f"region.{name}: the box cuts nothing out of the {selection.faces.sum()} faces that "
             f"fit otherwise:{listing(part, np.flatnonzero(selection.faces).tolist())}"
         )
-    areas = _areas(corners)
+    areas = facet_areas(corners)
     area = float(areas.sum())
     total = float(sum(face.area for face in part.faces.faces))
     if area > (1.0 - 1e-6) * total:
@@ -285,10 +286,5 @@ def _without_edges(
     for face in np.unique(owner).tolist():
         own = owner == face
         extent = float(np.ptp(corners[own].reshape(-1, 3), axis=0).max())
-        kept[own] = _areas(corners[own]).sum() > 3.0 * BOX_SHARE * part.diagonal * extent
+        kept[own] = facet_areas(corners[own]).sum() > 3.0 * BOX_SHARE * part.diagonal * extent
     return corners[kept], triangles[kept]
-
-
-def _areas(corners: FloatArray) -> FloatArray:
-    a, b, c = np.moveaxis(corners, 1, 0)
-    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)

@@ -9,16 +9,16 @@ from numpy.typing import ArrayLike
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.errors import PartError
-from gradedesign.geometry.triangles.closest import (
-    TriangleTree,
-    build_triangle_tree,
-    closest_features,
-)
 from gradedesign.geometry.triangles.surface_mesh import (
     SurfaceMesh,
     corner_points,
     enclosed_volume,
     open_edge_count,
+)
+from gradedesign.geometry.triangles.triangle_tree import (
+    TriangleTree,
+    build_triangle_tree,
+    closest_features,
 )
 
 #: Closer to the surface, mm, its normal takes the place of the line to the closest point, whose
@@ -45,8 +45,7 @@ def _pseudonormals(surface: SurfaceMesh) -> FloatArray:
     Returns
     -------
     (m, 7, 3) array
-        By triangle and feature as in
-        :func:`gradedesign.geometry.triangles.closest.closest_features`: the face's normal, sums of
+        By triangle and feature as in `triangle_tree.closest_features`: the face's normal, sums of
         the two faces' normals at edges 01, 12, 20, angle-weighted sums at corners 0, 1, 2. Not of
         unit length.
 

@@ -14,6 +14,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.geometry.part._clusters import Clusters, facet_patch, find_clusters
 from gradedesign.geometry.part._curved_faces import Piece, split_region
+from gradedesign.geometry.part._edges import split_by
 from gradedesign.geometry.part._face_fits import Cylinder, covered_angle
 from gradedesign.geometry.part._facet_sheet import facet_sheet, large_flat
 from gradedesign.geometry.part._walls import find_walls
@@ -103,8 +104,7 @@ def segment_faces(surface: SurfaceMesh) -> SmoothFaces:
         Closed and outward.
     """
     clusters = find_clusters(surface, _SHARP_DEG)
-    order = np.argsort(clusters.region, kind="stable")
-    groups = np.split(order, np.cumsum(np.bincount(clusters.region))[:-1])
+    groups = split_by(clusters.region, np.arange(len(clusters.region)))
     pieces = [piece for group in groups for piece in split_region(clusters, group.tolist())]
     owner = np.zeros(len(clusters.facets), dtype=np.int64)
     for number, (_, members, _) in enumerate(pieces):
@@ -117,7 +117,7 @@ def segment_faces(surface: SurfaceMesh) -> SmoothFaces:
         kinds.count("cylinder"),
         kinds.count("other"),
     )
-    facets = np.split(np.argsort(label, kind="stable"), np.cumsum(np.bincount(label))[:-1])
+    facets = split_by(label, np.arange(len(label)))
     return SmoothFaces(
         label=label,
         faces=tuple(

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.geometry.triangles.closest import build_triangle_tree, ray_lengths
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
+from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree, ray_lengths
 
 
 def chords(

@@ -11,8 +11,11 @@ from numpy.typing import NDArray
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.worker import Option
 from gradedesign.errors import MeshError
-from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
-from gradedesign.geometry.triangles.unbalanced_edges import unbalanced_edge_count
+from gradedesign.geometry.triangles.surface_mesh import (
+    SurfaceMesh,
+    enclosed_volume,
+    unbalanced_edge_count,
+)
 
 #: Quality at which fTetWild stops improving (AMIPS energy). fTetWild's own default (Hu et al.
 #: 2020).

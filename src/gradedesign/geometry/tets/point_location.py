@@ -11,7 +11,7 @@ from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import MeshError
 from gradedesign.geometry.tets import _point_location_kernels as kernels
 from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_facets
-from gradedesign.geometry.triangles.closest import (
+from gradedesign.geometry.triangles.triangle_tree import (
     TriangleTree,
     build_triangle_tree,
     closest_triangles,

@@ -40,7 +40,7 @@ def fill_moments(low, high, tri, turn, box, first, count, moments):
     turn : (m,) int8 array
         -1 where a triangle counts turned around.
     box, first, count : arrays
-        As in :class:`gradedesign.geometry.triangles.closest.TriangleTree`.
+        As in :class:`gradedesign.geometry.triangles.triangle_tree.TriangleTree`.
     moments : (k, 16) array
         Filled with the centre (3), the squared distance from which moments serve, the area vector
         (3) and its first moment about the centre (3, 3).

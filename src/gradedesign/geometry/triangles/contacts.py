@@ -9,7 +9,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray, read_only
 from gradedesign.common.system.threads import in_ranges
 from gradedesign.geometry.triangles import _contact_kernels as kernels
-from gradedesign.geometry.triangles.closest import build_triangle_tree
+from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -7,7 +7,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray, read_only
 from gradedesign.common.system.threads import in_ranges
 from gradedesign.geometry.triangles import _crossing_kernels as kernels
-from gradedesign.geometry.triangles.closest import build_triangle_tree
+from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree
 
 #: Leaves of the tree that are worth a thread. Chosen, not measured.
 _AT_ONCE = 256

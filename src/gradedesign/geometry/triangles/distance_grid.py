@@ -7,10 +7,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from gradedesign.arrays import locked
 from gradedesign.errors import MeshError
-from gradedesign.geometry.triangles.closest import build_triangle_tree, distance_within
 from gradedesign.geometry.triangles.grid_classifier import marked_inside
-from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
-from gradedesign.geometry.triangles.unbalanced_edges import unbalanced_edge_count
+from gradedesign.geometry.triangles.surface_mesh import (
+    SurfaceMesh,
+    corner_points,
+    unbalanced_edge_count,
+)
+from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree, distance_within
 from gradedesign.geometry.triangles.winding import agreeing, winding_tree, windings_about
 
 #: Nodes along the edge of a brick, in which distances are found or not. Chosen, not measured.

@@ -12,8 +12,12 @@ from gradedesign.arrays import BoolArray, FloatArray, IntArray, locked
 from gradedesign.common.system.threads import in_ranges
 from gradedesign.errors import MeshError
 from gradedesign.geometry.triangles import _grid_kernels as kernels
-from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
-from gradedesign.geometry.triangles.unbalanced_edges import unbalanced_edge_count
+from gradedesign.geometry.triangles.surface_mesh import (
+    SurfaceMesh,
+    corner_points,
+    enclosed_volume,
+    unbalanced_edge_count,
+)
 
 #: Columns per triangle, at most. Chosen, not measured.
 MOST_COLUMNS = 4

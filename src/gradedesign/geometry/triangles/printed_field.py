@@ -7,17 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
-from gradedesign.geometry.triangles.closest import (
-    TriangleTree,
-    build_triangle_tree,
-    distance_within,
-)
 from gradedesign.geometry.triangles.grid_classifier import (
     GridClassifier,
     build_classifier,
     winding_at,
 )
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
+from gradedesign.geometry.triangles.triangle_tree import (
+    TriangleTree,
+    build_triangle_tree,
+    distance_within,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -10,7 +10,7 @@ from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.common.system.threads import in_ranges
 from gradedesign.geometry.triangles import _winding_kernels as kernels
 from gradedesign.geometry.triangles._tree_kernels import CHUNK
-from gradedesign.geometry.triangles.closest import TriangleTree, build_triangle_tree
+from gradedesign.geometry.triangles.triangle_tree import TriangleTree, build_triangle_tree
 
 #: Where turned triangles are looked for, in radii of the circle in a triangle, and how often.
 #: Chosen, not measured.

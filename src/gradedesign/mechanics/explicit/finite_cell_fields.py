@@ -15,8 +15,8 @@ from gradedesign.design.acceptance.body_comparison import CONTOUR_TOLERANCE
 from gradedesign.errors import LatticeError
 from gradedesign.geometry.contour.islands import remove_islands
 from gradedesign.geometry.contour.surface import extract_surface
-from gradedesign.geometry.triangles.closest import build_triangle_tree, closest_triangles
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree, closest_triangles
 from gradedesign.mechanics.explicit.analysis import (
     Discretisation,
     StressSample,

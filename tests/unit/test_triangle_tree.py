@@ -6,7 +6,7 @@ import pytest
 import trimesh
 
 from gradedesign.errors import MeshError
-from gradedesign.geometry.triangles.closest import (
+from gradedesign.geometry.triangles.triangle_tree import (
     build_triangle_tree,
     closest_features,
     closest_triangles,

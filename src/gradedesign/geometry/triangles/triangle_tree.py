@@ -1,4 +1,4 @@
-"""The closest triangle to a point, by a bounding volume hierarchy."""
+"""Triangles in a tree of boxes: closest points, distances within a reach, and rays."""
 
 from __future__ import annotations
 
