@@ -60,14 +60,14 @@ _PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
 NO_VALUES: Mapping[str, Any] = MappingProxyType({})
 
 #: Keys that plugins bring; called only where a file names one.
-BroughtKeys: TypeAlias = Callable[[], Brought]
+_BroughtKeys: TypeAlias = Callable[[], Brought]
 
 
 def load_case(
     path: str | Path,
     *,
     allow_outside: bool = False,
-    brought: BroughtKeys = Brought,
+    brought: _BroughtKeys = Brought,
     values: Mapping[str, Any] = NO_VALUES,
 ) -> Case:
     """Read and check a case file.
@@ -79,7 +79,7 @@ def load_case(
     allow_outside : bool
         Whether the part file may lie outside the folder of the case.
     brought : callable
-        Keys that registered kinds and readers add, see `BroughtKeys`.
+        Keys that registered kinds and readers add, see `_BroughtKeys`.
     values : mapping of dotted key to value
         As TOML gives them, such as ``{"lattice.size": "10 mm"}``; they replace those of the file.
 
@@ -106,7 +106,7 @@ def load_case(
             content,
             file,
             *part_files(content.part),
-            *body_files(*content.keep, *content.zone),
+            *_body_files(*content.keep, *content.zone),
             *lattice_files(content.lattice),
         ),
         warnings=tuple(placed(file, lines, problem) for problem in case_warnings(content)),
@@ -146,7 +146,7 @@ def _read_tables(
     path: str | Path,
     *,
     allow_outside: bool,
-    brought: BroughtKeys,
+    brought: _BroughtKeys,
     values: Mapping[str, Any] = NO_VALUES,
 ) -> tuple[CaseFile, Path, dict[Key, int]]:
     """Tables of a case file, its absolute path, and the line of every key; see `load_case`."""
@@ -187,7 +187,7 @@ def read_toml(file: Path) -> tuple[dict[str, Any], dict[Key, int]]:
         ) from None
 
 
-def _named_keys(data: Mapping[str, Any], brought: BroughtKeys) -> Brought:
+def _named_keys(data: Mapping[str, Any], brought: _BroughtKeys) -> Brought:
     """Keys of plugins that a file names; all of a table's if it has an unknown key.
 
     What is installed beside them does not change the identity of a case.
@@ -355,7 +355,7 @@ def lattice_files(lattice: LatticeSpec) -> list[Path | None]:
     return files
 
 
-def body_files(*places: PlaceSpec) -> list[Path]:
+def _body_files(*places: PlaceSpec) -> list[Path]:
     """Files of bodies, in the order of their places."""
     return [p.body.file for p in places if p.body is not None and p.body.file is not None]
 

@@ -25,8 +25,6 @@ def component_place(
 
     Parameters
     ----------
-    case : Case
-    part : Part
     cells : sequence of Cell
         That will fill it.
     stress : callable, optional

@@ -30,7 +30,6 @@ class PlannedPart:
         grid and cut no element.
     skin : float, mm^2
         Projected area of the inner faces of its skin; 0 without one.
-    load_cases : int
     goals : int
         Values of limits whose own error acceptance estimates.
     """
@@ -73,7 +72,6 @@ def planned_solid(part: PlannedPart, rho: float, lattice: CellSurface) -> Planne
 
     Parameters
     ----------
-    part : PlannedPart
     rho : float
         Mean relative density.
     lattice : CellSurface

@@ -17,7 +17,6 @@ def coarse_layer(solid: PrintedSolid, result: ExplicitResult) -> str:
 
     Parameters
     ----------
-    solid : PrintedSolid
     result : ExplicitResult
         Its finest analysis.
 

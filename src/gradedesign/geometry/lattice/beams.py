@@ -22,9 +22,9 @@ from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 #: A beam's radius is linear; graded struts are divided until it is right within this share. Chosen,
 #: not measured.
-RADIUS_ERROR = 0.01
+_RADIUS_ERROR = 0.01
 #: Most beams that a graded strut is divided into. Chosen, not measured.
-MOST_PIECES = 16
+_MOST_PIECES = 16
 #: Points along a strut at which its distance from the part is looked up. Chosen, not measured.
 _LOOKED_UP = 9
 #: Grid steps of skin and passive solids along a cell. Chosen, not measured.
@@ -75,7 +75,6 @@ def beam_lattice(design: LatticeDesign, part: SurfaceMesh) -> BeamLattice:
 
     Parameters
     ----------
-    design : LatticeDesign
     part : SurfaceMesh
         Its signed distance is ``design.domain.distance``.
 
@@ -88,7 +87,7 @@ def beam_lattice(design: LatticeDesign, part: SurfaceMesh) -> BeamLattice:
     words = why_no_beams(axes, cell_map if isinstance(cell_map, CellMap) else None, design.domain)
     if words or axes is None or not isinstance(cell_map, CellMap):
         raise LatticeError(words)
-    size = cube_edge(cell_map)
+    size = _cube_edge(cell_map)
     segments = _repeated(design, cell_map, axes)
     ends = _points(cell_map, segments)
     touching = _touches(design, ends, _radius(design, ends, size).max(axis=1))
@@ -124,7 +123,6 @@ def why_no_beams(axes: StrutAxes | None, cell_map: CellMap | None, domain: Desig
         None where the cell is not made of round struts.
     cell_map : CellMap or None
         None where the cells follow the design.
-    domain : DesignDomain
     """
     if axes is None:
         return (
@@ -136,7 +134,7 @@ def why_no_beams(axes: StrutAxes | None, cell_map: CellMap | None, domain: Desig
             "beams have no joints of a radius, drain holes or net-skins; write "
             '"3mf", which holds their surface, or leave these out of [lattice]'
         )
-    if cell_map is None or not cube_edge(cell_map):
+    if cell_map is None or not _cube_edge(cell_map):
         return (
             "struts of cells that are no equal cubes are bent or not round, which beams cannot "
             'be; write "3mf" instead'
@@ -144,7 +142,7 @@ def why_no_beams(axes: StrutAxes | None, cell_map: CellMap | None, domain: Desig
     return ""
 
 
-def cube_edge(cell_map: CellMap) -> float:
+def _cube_edge(cell_map: CellMap) -> float:
     """Edge of the equal cubes that a map makes, mm; 0 where it makes none."""
     if cell_map.name != "uniform" or not cell_map.inverse:
         return 0.0
@@ -202,22 +200,22 @@ def _pieces(design: LatticeDesign, ends: FloatArray, size: float) -> int:
     LatticeError
         If the density changes too fast along the struts.
     """
-    s = np.linspace(0.0, 1.0, 2 * MOST_PIECES + 1)
+    s = np.linspace(0.0, 1.0, 2 * _MOST_PIECES + 1)
     line = ends[:, :1] + s[:, None] * (ends[:, 1:] - ends[:, :1])
     radius = _radius(design, line, size)
     pieces = 1
-    while pieces <= MOST_PIECES:
-        step = 2 * MOST_PIECES // pieces
+    while pieces <= _MOST_PIECES:
+        step = 2 * _MOST_PIECES // pieces
         end_radius = radius[:, ::step]
         at = np.minimum(np.arange(len(s)) // step, pieces - 1)
         share = (np.arange(len(s)) - at * step) / step
         linear = end_radius[:, at] * (1 - share) + end_radius[:, at + 1] * share
-        if (np.abs(linear - radius) <= RADIUS_ERROR * radius).all():
+        if (np.abs(linear - radius) <= _RADIUS_ERROR * radius).all():
             return pieces
         pieces *= 2
     raise LatticeError(
-        f"the radius of struts changes too fast along them for {MOST_PIECES} beams of linear "
-        f"radius each within {100 * RADIUS_ERROR:g} %; raise [lattice] filter_radius"
+        f"the radius of struts changes too fast along them for {_MOST_PIECES} beams of linear "
+        f"radius each within {100 * _RADIUS_ERROR:g} %; raise [lattice] filter_radius"
     )
 
 

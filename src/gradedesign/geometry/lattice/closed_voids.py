@@ -15,7 +15,7 @@ from gradedesign.geometry.lattice.solid_layers import solid_layers
 
 #: Voxels along a cell, and how much larger they may be where the part is large. None is larger
 #: than a skin is thick, so that none leaks.
-PER_CELL, COARSER = 16.0, 1.5
+PER_CELL, _COARSER = 16.0, 1.5
 #: Most voxels of a grid. Chosen, not measured.
 MOST_VOXELS = 12_000_000
 
@@ -53,7 +53,6 @@ def closed_voids(design: LatticeDesign, cell: float, least: float) -> ClosedVoid
 
     Parameters
     ----------
-    design : LatticeDesign
     cell : float, mm
         Shortest edge of a cell.
     least : float, mm^3
@@ -68,7 +67,7 @@ def closed_voids(design: LatticeDesign, cell: float, least: float) -> ClosedVoid
     edges = domain.upper - domain.lower
     wished = min([cell / PER_CELL, *(solid.least for solid in domain.solids if solid.closes)])
     spacing = max(wished, float((edges.prod() / MOST_VOXELS) ** (1 / 3)))
-    if spacing > wished * COARSER:
+    if spacing > wished * _COARSER:
         raise ResourceError(
             f"finding closed voids among {edges.prod() / cell**3:.3g} cells takes more than "
             f"{MOST_VOXELS:g} voxels of {wished:.3g} mm; name the places of drain holes in at"

@@ -50,8 +50,6 @@ class ComponentPlace:
         The table ``[lattice]``, with the lists that kinds bring.
     keep, zone : tuple of Table
         The tables ``[[keep]]`` and ``[[zone]]``.
-    where : Where
-    part : Part
     distance : SurfaceDistance
         Of the part.
     domain : DesignDomain
@@ -144,7 +142,6 @@ def with_cuts(
 
     Parameters
     ----------
-    place : ComponentPlace
     kinds : mapping of name to ComponentKind
     design : LatticeDesign
         Of a density that the lattice will have somewhere, without cuts.

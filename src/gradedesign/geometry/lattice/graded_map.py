@@ -15,7 +15,7 @@ from gradedesign.geometry.maps.size_law import size_field_by_ratio, size_field_f
 from gradedesign.geometry.part.part import Part
 
 #: Iterations in which cells may turn in order to keep size and shape. Chosen, not measured.
-ROTATION_FREE = 3
+_ROTATION_FREE = 3
 
 
 def require_one_thickness(lattice: LatticeSpec, where: Where, family: CellFamily) -> None:
@@ -44,9 +44,6 @@ def wanted_size(
 
     Parameters
     ----------
-    spec : LatticeSpec
-    cell : Cell
-    density : DensityGrid
     ends : (float, float)
         Densities of the largest and of the smallest cells, where wall and size both follow.
     """
@@ -67,9 +64,6 @@ def graded_map(
 
     Parameters
     ----------
-    spec : LatticeSpec
-    where : Where
-    part : Part
     wanted : callable
         Points ``(3, ...)`` mm to sizes ``(...)``, mm.
     frames : callable, optional
@@ -95,6 +89,6 @@ def graded_map(
             upper,
             spacing=default_spacing(lower, upper, spec.cell_size),
             frame_of=frames or (frame if any(spec.rotation) else None),
-            iterations=ROTATION_FREE if frames is None else 0,
+            iterations=_ROTATION_FREE if frames is None else 0,
             origin=spec.origin if "origin" in spec.model_fields_set else None,
         )

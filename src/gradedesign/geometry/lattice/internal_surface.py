@@ -31,7 +31,7 @@ log = logging.getLogger(__name__)
 
 #: Grid steps that a skin has at least, and that vertices lie below the part's faces at least:
 #: triangles of a contour, which lie within a cube, then reach none of these.
-LEAST_SKIN, LEAST_DEPTH = 2.0, 1.0
+_LEAST_SKIN, LEAST_DEPTH = 2.0, 1.0
 
 
 def surface_behind_skin(
@@ -45,7 +45,6 @@ def surface_behind_skin(
 
     Parameters
     ----------
-    design : LatticeDesign
     part : SurfaceMesh
         Closed and outward oriented; its signed distance is ``design.domain.distance``.
     step : float, mm
@@ -70,7 +69,7 @@ def surface_behind_skin(
     ----------
     D. Raymont, thesis, University of Exeter, section 5.2: the internal architecture route.
     """
-    require_thick_skin(design.domain, LEAST_SKIN * step, f"two steps of its grid of {step:.3g} mm")
+    require_thick_skin(design.domain, _LEAST_SKIN * step, f"two steps of its grid of {step:.3g} mm")
     untrimmed = replace(design, domain=grown(design.domain, OVERHANG * step))
     field = lattice_field(untrimmed, band=3 * step, single=True)
     with stepping(f"contouring at {step:.3g} mm"):

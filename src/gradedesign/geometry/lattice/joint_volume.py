@@ -17,7 +17,7 @@ from gradedesign.geometry.tets.tet_mesh import TetMesh
 #: Points of the part's box: the volume of joints of 1 % of it is then right to about 1 %.
 POINTS = 200_000
 #: Points of every tetrahedron at which its share of joints is counted. Chosen, not measured.
-INTERIOR_POINTS = 20
+_INTERIOR_POINTS = 20
 #: Points that are evaluated at a time. Bounds the memory of one step; the result does not depend on
 #: it. Chosen, not measured.
 _BATCH = 1 << 18
@@ -65,9 +65,9 @@ def interior_points(mesh: TetMesh) -> FloatArray:
     their sum.
     """
     count = mesh.tets.shape[1]
-    spread = np.sort(spread_points(count * INTERIOR_POINTS), axis=0)
+    spread = np.sort(spread_points(count * _INTERIOR_POINTS), axis=0)
     # Gaps between three sorted numbers of 0 to 1 are evenly spread barycentric coordinates.
-    weights = np.diff(spread, axis=0, prepend=0.0, append=1.0).reshape(4, count, INTERIOR_POINTS)
+    weights = np.diff(spread, axis=0, prepend=0.0, append=1.0).reshape(4, count, _INTERIOR_POINTS)
     return np.asarray(np.einsum("dcm,cmq->dqm", mesh.points[:, mesh.tets], weights))
 
 

@@ -23,7 +23,6 @@ class LatticeDesign:
     ----------
     domain : DesignDomain
         The part with the components of the lattice.
-    cells : Cells
     cell_map : callable
         Points ``(3, ...)`` mm to cell coordinates u ``(3, ...)``.
     cell_size : float, mm
@@ -88,7 +87,6 @@ def cell_field(design: LatticeDesign, *, single: bool = False) -> Field:
 
     Parameters
     ----------
-    design : LatticeDesign
     single : bool
         Evaluate the cell's function in float32: about 10x faster for trigonometric cells, and
         right to about 2e-7 of the distance from the map's origin.
@@ -135,7 +133,6 @@ def lattice_field(
 
     Parameters
     ----------
-    design : LatticeDesign
     band : float, optional, mm
         Reach within which distances must be exact, two sampling spacings or more. Further away
         they are replaced by bounds from a coarse grid (which needs ``part`` and the

@@ -18,7 +18,7 @@ from gradedesign.geometry.part.raw_triangles import UNIT_MM
 
 #: Longest edge of a part, mm, outside which its unit is questioned: a part of 250 mm whose inches
 #: are read as mm is 10 mm long, one of 10 mm whose mm are read as m 10 m. Chosen, not measured.
-USUAL_EDGE = (10.0, 1e4)
+_USUAL_EDGE = (10.0, 1e4)
 #: A part of exactly one cell may come out a rounding error shorter.
 _ROUNDING = 1e-6
 #: Bytes for each node of the density grid, with what its smoothing holds at a time.
@@ -35,7 +35,7 @@ def size_warnings(
 ) -> tuple[str, ...]:
     """Warnings for a part whose unit may be wrong, and for cells longer than it is wide."""
     edges = np.ptp(part.surface.vertices, axis=0)
-    low, high = USUAL_EDGE
+    low, high = _USUAL_EDGE
     remarks = []
     if not low <= edges.max() <= high:
         size = " x ".join(f"{edge:.4g}" for edge in edges)
@@ -123,8 +123,6 @@ def require_warps_reach(lattice: LatticeSpec, where: Where, points: FloatArray) 
 
     Parameters
     ----------
-    lattice : LatticeSpec
-    where : Where
     points : (3, n) array, mm
         That fill the lattice evenly.
 
@@ -152,10 +150,8 @@ def require_lattice_left(where: Where, points: FloatArray, domain: DesignDomain)
 
     Parameters
     ----------
-    where : Where
     points : (3, n) array, mm
         Where the part is lattice.
-    domain : DesignDomain
 
     Raises
     ------

@@ -30,9 +30,6 @@ def placed_map(lattice: LatticeSpec, where: Where, part: Part, distance: Field) 
 
     Parameters
     ----------
-    lattice : LatticeSpec
-    where : Where
-    part : Part
     distance : callable
         Signed distance of the part.
 

@@ -24,7 +24,6 @@ def solid_layers(
 
     Parameters
     ----------
-    domain : DesignDomain
     band : float, optional, mm
         Reach within which distances are exact, as are those that joints need; further away bounds
         from a coarse grid take their place. ``None``: exact everywhere.
@@ -64,7 +63,6 @@ def united(
 
     Parameters
     ----------
-    domain : DesignDomain
     layers : tuple of SolidLayer
         Of that domain.
     cell : callable

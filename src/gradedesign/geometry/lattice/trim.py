@@ -40,7 +40,7 @@ OVERHANG = 2.0
 ROUNDS = 4
 #: Before, edges of this share of the grid step are collapsed there, which unfolds most. Chosen, not
 #: measured.
-FOLDS = (0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
+_FOLDS = (0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
 #: Triangles that a collapse changes lie within this many grid steps of those that crossed. Chosen,
 #: not measured.
 AROUND = 4.0
@@ -62,17 +62,12 @@ def trimmed_surface(
 
     Parameters
     ----------
-    design : LatticeDesign
     part : SurfaceMesh
         Closed and outward oriented; its signed distance is ``design.domain.distance``.
     step : float, mm
         Grid of the contour.
     asked : Resolution, optional
         How much the volume of a cell may be off; whatever it is without.
-
-    Returns
-    -------
-    SurfaceMesh
 
     Raises
     ------
@@ -177,7 +172,7 @@ def _divided(
     inner[: len(open_ones)] &= open_ones
     near = to_skin <= 2 * step
     corners = _crossing(fine, triangles, near)
-    for share in FOLDS:
+    for share in _FOLDS:
         if not len(corners):
             break
         there = inner & _inside_any(fine, corners, share * step)

@@ -13,7 +13,7 @@ from gradedesign.geometry.triangles.surface_mesh import corner_points
 
 #: Places on faces, and the seed that picks them. Any fixed seed, so that a run can be repeated.
 #: Chosen, not measured.
-PLACES, SEED = 20_000, 1414
+PLACES, _SEED = 20_000, 1414
 
 
 def face_places(part: Part, faces: Sequence[str] = ()) -> tuple[FloatArray, FloatArray]:
@@ -29,7 +29,7 @@ def face_places(part: Part, faces: Sequence[str] = ()) -> tuple[FloatArray, Floa
     a, b, c = np.moveaxis(corners, 1, 0)
     normal = np.cross(b - a, c - a)
     area = np.linalg.norm(normal, axis=1)
-    random = np.random.default_rng(SEED)
+    random = np.random.default_rng(_SEED)
     chosen = random.choice(len(area), size=PLACES, p=area / area.sum())
     s, t = random.random((2, PLACES))
     s, t = np.where(s + t > 1, 1 - s, s), np.where(s + t > 1, 1 - t, t)

@@ -19,7 +19,7 @@ log = logging.getLogger(__name__)
 
 #: Passes at most, and the share of the triangles that one must remove for another to follow.
 #: Chosen, not measured.
-PASSES, LEAST_GAIN = 100, 2e-3
+PASSES, _LEAST_GAIN = 100, 2e-3
 #: Share of the tolerance within which samples stay: between them the surface is farther off, by
 #: up to half of that where triangles become twice as long, less where they become longer.
 _SAMPLED = 0.6
@@ -93,7 +93,7 @@ def _decimated(
         there = faces[:, 0] >= 0
         faces, head = faces[there], head[there]
         open_ends &= ~kept
-        if 2 * done <= LEAST_GAIN * len(faces):
+        if 2 * done <= _LEAST_GAIN * len(faces):
             break
     return faces.astype(np.int64)
 

@@ -114,7 +114,6 @@ def closest_features(tree: TriangleTree, points: FloatArray) -> ClosestPoints:
 
     Parameters
     ----------
-    tree : TriangleTree
     points : (3, n) array, mm
 
     Returns

@@ -141,10 +141,6 @@ def weighted_percentile(values: ArrayLike, weights: ArrayLike, percentile: float
     percentile : float
         More than 0, at most 100.
 
-    Returns
-    -------
-    float
-
     Raises
     ------
     ValueError

@@ -172,10 +172,6 @@ def cut_elements(field: Field, grid: Grid, *, bodies: int = 1) -> Elements:
     bodies : int
         Connected components to keep, the largest first.
 
-    Returns
-    -------
-    Elements
-
     Raises
     ------
     LatticeError

@@ -106,10 +106,6 @@ def build_preconditioner(
         In double precision.
     fixed : (N, 3) bool array
         Hanging nodes among them.
-
-    Returns
-    -------
-    Preconditioner
     """
     report_step(f"multigrid of {3 * len(space.place)} unknowns")
     keep = (~fixed).astype(np.float32)

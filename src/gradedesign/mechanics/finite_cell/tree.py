@@ -52,10 +52,6 @@ def tree_hierarchy(
         Row of `weights` for every element.
     weights : (k, 8, 8) float32 array
         Functions of the corners of the next coarser element at the nodes of an element.
-
-    Returns
-    -------
-    Hierarchy
     """
     levels = []
     while True:

@@ -92,10 +92,6 @@ def solve_periodic(
         Solve two cases instead of six where the grid is equal to itself with x, y, z exchanged in
         a cycle, voxel by voxel.
 
-    Returns
-    -------
-    PeriodicSolution
-
     Raises
     ------
     LatticeError

@@ -15,7 +15,7 @@ from gradedesign.mechanics.limits.limits_schema import Allowed, LimitEntry, Limi
 
 #: Displacements below this, mm, are what machines of measurement are held to, not printed parts:
 #: a micrometre stated where a millimetre was meant.
-LEAST_DISPLACEMENT = 1e-3
+_LEAST_DISPLACEMENT = 1e-3
 
 
 def repeated_limits(limits: LimitsSpec, load_cases: Sequence[str]) -> Iterator[Problem]:
@@ -25,13 +25,8 @@ def repeated_limits(limits: LimitsSpec, load_cases: Sequence[str]) -> Iterator[P
 
     Parameters
     ----------
-    limits : LimitsSpec
     load_cases : sequence of str
         Names of all of them.
-
-    Yields
-    ------
-    Problem
     """
     for name in limits.lists():
         seen: dict[tuple[Any, ...], tuple[int, LimitEntry]] = {}
@@ -87,7 +82,7 @@ def _stated_displacements(limits: LimitsSpec) -> Iterator[tuple[Key, float]]:
 def displacement_warnings(limits: LimitsSpec) -> Iterator[Problem]:
     """Warnings about displacements that no printed part is held to."""
     for key, value in _stated_displacements(limits):
-        if value < LEAST_DISPLACEMENT:
+        if value < _LEAST_DISPLACEMENT:
             yield Problem(
                 key=key,
                 message=f"allows {DIMENSIONS['length'].words(value)}, less than a micrometre, "

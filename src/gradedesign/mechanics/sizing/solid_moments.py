@@ -53,7 +53,6 @@ def solid_moments(domain: DesignDomain, mesh: TetMesh) -> FloatArray:
 
     Parameters
     ----------
-    domain : DesignDomain
     mesh : TetMesh
         Of the part.
 

@@ -89,10 +89,6 @@ def build_registry(
     strict : bool
         Raise for a plugin that fails to load instead of going on without it.
 
-    Returns
-    -------
-    Registry
-
     Raises
     ------
     PluginError
