@@ -96,7 +96,9 @@ def net_pieces(folder):
         whole = dense_lattice(design, 3.0 * case.print.pixel_size)
         return np.maximum(whole(points), -whole.part(points) - net.thickness)
 
-    lattice = printed_lattice(case, part.surface, part.surface, design, None)
+    lattice = printed_lattice(
+        case.named, case.print, part.surface, design, None, part=part.surface, file=None
+    )
     layers = _slice_at(
         replace(lattice, design=None, field=field),
         case.print.layer_height,

@@ -30,7 +30,7 @@ ALLOWED = {
     "gradedesign.geometry.maps.map_report.Spread": "result.json, cells of the layout",
     "gradedesign.geometry.contour.islands.Islands": "result.json, islands_dropped",
     "gradedesign.design.loop.predicted_cost.CostPrediction": "check --json, stages",
-    "gradedesign.design.verdict.result.Iteration": "result.json, iterations",
+    "gradedesign.design.loop.iteration_row.Iteration": "result.json, iterations",
     "gradedesign.design.verdict.result.RunResult": "result.json",
     "gradedesign.geometry.part.repair.RepairReport": "check --json, repairs",
     "gradedesign.design.printing.as_built.AsBuilt": "result.json, printability",

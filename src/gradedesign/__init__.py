@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from gradedesign.geometry.cell.strut_axes import StrutAxes
     from gradedesign.geometry.contour.sample import checked_values
     from gradedesign.geometry.formats.exporter import Exporter, PlannedPrint
+    from gradedesign.geometry.formats.field_set import FieldSet
     from gradedesign.geometry.formats.printed_lattice import PrintedLattice, SampledPrint
     from gradedesign.geometry.formats.read_back import require_read_back
     from gradedesign.geometry.formats.write_stl import float32_vertices
@@ -99,7 +100,7 @@ if TYPE_CHECKING:
     from gradedesign.program.host.markers import hookimpl
     from gradedesign.program.host.read_case import load_case
     from gradedesign.program.outputs.analysed_model import AnalysedModel, ModelStep
-    from gradedesign.program.outputs.output import FieldSet, FinishedRun, Output
+    from gradedesign.program.outputs.output import FinishedRun, Output
 
 __all__ = [
     "IMAGES",
@@ -259,7 +260,8 @@ _HOMES = {
     "geometry.triangles.surface_mesh": "SurfaceMesh",
     "program.outputs.analysed_model": "AnalysedModel ModelStep",
     "geometry.formats.exporter": "Exporter PlannedPrint",
-    "program.outputs.output": "FieldSet FinishedRun Output",
+    "geometry.formats.field_set": "FieldSet",
+    "program.outputs.output": "FinishedRun Output",
     "geometry.formats.read_back": "require_read_back",
     "geometry.formats.write_stl": "float32_vertices",
     "geometry.formats.printed_lattice": "PrintedLattice SampledPrint",

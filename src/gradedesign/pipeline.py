@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 from gradedesign.common.system.progress import Listener, ignore
@@ -28,8 +28,9 @@ from gradedesign.design.loop.loop import Progress, run_loop
 from gradedesign.design.loop.loop_stages import Stages
 from gradedesign.design.loop.run_cost import RunCost
 from gradedesign.design.loop.stated_print import stated_print
-from gradedesign.design.resolve.lattice_files import STL_NAME, write_printed
+from gradedesign.design.resolve.lattice_files import STL_NAME
 from gradedesign.design.resolve.oriented import oriented
+from gradedesign.design.resolve.outer_triangles import outer_records
 from gradedesign.design.resolve.own_cell import with_own_cell
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.setup import Setup, prepare
@@ -58,6 +59,7 @@ from gradedesign.program.host.registry import build_registry
 from gradedesign.program.outputs.failed import recording_failure
 from gradedesign.program.outputs.files import write_outputs
 from gradedesign.program.outputs.finished import finished_result
+from gradedesign.program.outputs.printed_files import write_printed, written_back
 from gradedesign.program.outputs.stated_files import write_stated
 from gradedesign.program.store.run_folder import RunFolder
 from gradedesign.program.store.stages import (
@@ -120,15 +122,15 @@ def run(
             f"and the case has its density found; expected e.g. density = 0.3 in [lattice]"
         )
     registry = build_registry() if registry is None else registry
-    target = default_folder(case) if folder is None else folder
-    with open_stages(target, case, resume=resume, overwrite=overwrite) as out:
+    target = default_folder(case.name) if folder is None else folder
+    with open_stages(target, case.case_hash, resume=resume, overwrite=overwrite) as out:
         announce = Announcer(on_event)
-        done = finished_result(out, case) if resume and density is None else None
+        done = finished_result(out, case.run) if resume and density is None else None
         if done is not None:
             announce.say("resume", f"{out.path} holds the result of this case; nothing is run")
             return done
         with recording_failure(out, case, registry, announce.timing, announce.finished):
-            registry = with_own_cell(case, registry)
+            registry = with_own_cell(case.lattice, registry, case.where)
             if case.lattice.stated:
                 return build_stated(case, registry, out, announce, density)
             return run_stages(case, registry, out, announce)
@@ -214,7 +216,7 @@ def loop(
         setup, registry, outcome.iterations, outcome.accepted, outcome.ended, shown
     )
     problem = setup.problem
-    result = with_print_limits(result, problem.case, shown.printability, problem.material)
+    result = with_print_limits(result, problem.case.print, shown.printability, problem.material)
     result = replace(result, predicted=cost.data())
     computed = Computed(shown=shown, iterations=outcome.iterations)
     return write_outputs(out, setup, registry, result, announce, computed)
@@ -294,7 +296,9 @@ def shown_design(
     if accepted is not None:
         if out.artefacts()[STL_NAME].sha256 != accepted.sha256:
             # A later design was written there and refused, or is heavier.
-            write_printed(out, setup.problem.case, setup.problem.part.surface, accepted.surface)
+            case, part = setup.problem.case, setup.problem.part.surface
+            outer = outer_records(case.print, case.part.file, part)
+            write_printed(out, accepted.surface, outer)
         out.read_bytes(STL_NAME)
         design, analysed, surface = accepted.iteration, accepted.analysed, accepted.surface
         rows, remeshed = tuple[LimitRow, ...](), accepted.acceptance.whole
@@ -302,7 +306,7 @@ def shown_design(
         design, remeshed = best_iteration(iterations), None
         with announce.stage("explicit"):
             analysed = analyse_design(setup, design.rho, on_event=announce.listener)
-            surface, _, _ = export_surface(setup, out, analysed)
+            surface, _, _ = export_surface(setup, partial(written_back, out), analysed)
             rows = best_rows(setup.problem, design, analysed, announce.listener)
         announce.limits("explicit", rows)
     with announce.stage("printed"):
@@ -321,7 +325,7 @@ def judge(
         with announce.stage("explicit"):
             analysed = analyse_design(setup, iteration.rho, on_event=announce.listener)
     with announce.stage("acceptance"):
-        accepted = accept_design(setup, out, iteration, analysed, announce)
+        accepted = accept_design(setup, partial(written_back, out), iteration, analysed, announce)
     announce.limits("acceptance", accepted.rows)
     if accepted.unjudged:
         announce.say("acceptance", f"not accepted, {accepted.unjudged}")

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import skfem
 
-from gradedesign.design.loop.iteration_steps import printed_solid
+from gradedesign.design.loop.analysed import printed_solid
 from gradedesign.design.resolve.setup import prepare
 from gradedesign.geometry.formats.write_stl import surface_of_stl
 from gradedesign.geometry.tets.meshed_surface import tetrahedralize

@@ -12,8 +12,8 @@ import pytest
 import trimesh
 
 from gradedesign import CaseError, PluginError, load_case
+from gradedesign.design.resolve.fitting_part import part_of
 from gradedesign.design.resolve.part_readers import part_readers
-from gradedesign.geometry.part.part import read_part
 from gradedesign.pipeline import run
 from gradedesign.program.host.registry import build_registry
 
@@ -151,7 +151,7 @@ def test_the_doctor_lists_formats(installed, cli):
 
 def test_units_and_bytes_of_the_file_count(installed, tmp_path):
     case = load_case(write(tmp_path, SIZED.replace(PART, PART + 'units = "cm"\n')))
-    part = read_part(case, part_readers(case, build_registry()))
+    part = part_of(case, part_readers(case.part, case.run.memory, build_registry()))
     assert part.volume == pytest.approx(250_000.0)
     assert "read in cm as part.units says, though its unit is mm" in part.report.warnings[0]
     assert part.regions["tip"].area == pytest.approx(2500.0)
@@ -164,7 +164,7 @@ def test_a_cad_file_without_its_plugin_names_the_plugin(tmp_path):
     part = case.part.model_copy(update={"file": tmp_path / "lever.STEP"})
     bare = replace(build_registry(), readers={})
     with pytest.raises(CaseError, match=r"plugin gradedesign-step.*; or export it"):
-        part_readers(case.model_copy(update={"part": part}), bare)
+        part_readers(part, case.run.memory, bare)
 
 
 @pytest.mark.parametrize(

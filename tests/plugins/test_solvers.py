@@ -102,7 +102,8 @@ def test_a_case_is_solved_by_the_solver_of_the_readme(install, case, tmp_path):
 )
 def test_a_broken_solver_is_named(install, case, body, error, words):
     install("fake-solver", PLUGIN.format(body=body))
-    solver = linear_solver(load_case(case()), build_registry())
+    read = load_case(case())
+    solver = linear_solver(read.run.solver, build_registry(), read.where)
     space = tet_space(box_part_mesh((8.0, 4.0, 4.0), 2.0), 2)
     steel = IsotropicStiffness(E=np.full(space.element_count, 2.1e5), nu=0.3)
     held = supports_at(space, [(np.flatnonzero(space.nodes[0] < 1e-9), (0.0, 0.0, 0.0))])

@@ -64,13 +64,11 @@ def test_the_surface_refuses_what_the_nodes_of_a_mesh_refuse(specs, held):
         for name, region in found.items()
     }
     refused = []
-    case = SimpleNamespace(
-        load_case=[SimpleNamespace(name="pull", fix=fixes)], where=lambda key: f"case.toml: {key}"
-    )
+    load_cases = [SimpleNamespace(name="pull", fix=fixes)]
     part = SimpleNamespace(regions=found, diagonal=float(np.linalg.norm(BOX)))
     for check in (
         lambda: supports_on(space, [(on[fix.region], fix.displacement) for fix in fixes]),
-        lambda: require_agreeing(case, part),
+        lambda: require_agreeing(load_cases, part, lambda key: f"case.toml: {key}"),
     ):
         try:
             check()

@@ -13,14 +13,9 @@ from gradedesign.mechanics.fe.singular_supports import singular_supports
 
 @pytest.mark.parametrize("made", support_variants(20 * len(KINDS), 2027), ids=lambda v: v.words[:9])
 def test_what_a_support_leaves_out_is_known_by_first_principles(made):
-    case = SimpleNamespace(
-        load_case=(made.load_case,),
-        where=lambda key: key,
-        model_copy=lambda update: SimpleNamespace(**update),
-    )
     diagonal = float(np.linalg.norm(np.ptp(made.surface.vertices, axis=0)))
     part = SimpleNamespace(surface=made.surface, regions=made.regions, diagonal=diagonal)
-    load_cases = with_symmetry(case, part).load_case
+    load_cases = with_symmetry([made.load_case], part, lambda key: key)
     found = singular_supports(load_cases, made.regions, made.surface)
     for fix in load_cases[0].fix:
         # Symmetry holds the normal of its plane and nothing else.

@@ -126,12 +126,10 @@ def printed(bodies=1, clamped=(), warming=0.0, passive=()):
         distance=lambda p: np.abs(p - SIDE / 2).max(axis=0) - SIDE / 2,
         lower=np.zeros(3), upper=np.full(3, SIDE), bodies=bodies, components=passive,
     )  # fmt: skip
-    case = SimpleNamespace(
-        run=SimpleNamespace(memory=10**9, submodel_count=2),
-        load_case=[SimpleNamespace(name="pull", temperature_change=warming, fix=[], load=[])],
-    )
+    pull = SimpleNamespace(name="pull", temperature_change=warming, fix=[], load=[])
     return PrintedSolid(
-        case=case,
+        load_cases=(pull,),
+        memory=10**9,
         design=SimpleNamespace(domain=domain, cell_map=None, cell_size=CELL),
         material=MATERIAL,
         regions={},
@@ -401,6 +399,7 @@ def test_the_most_stressed_cells_are_judged():
         box_surface((SIDE, SIDE, SIDE)),
         solid,
         explicit(Block(peak=3.0), solid),
+        count=2,
         size=1.0,
         time_limit_s=600.0,
         on_submodel=told.append,
@@ -420,7 +419,7 @@ def test_a_window_that_misses_is_enlarged_and_then_said(mesher):
     solid, told = printed(), []
     result = accept_submodels(
         box_surface((SIDE, SIDE, SIDE)), solid, explicit(Block(peak=3.0, spoil=1.05), solid),
-        size=1.0, time_limit_s=600.0, on_submodel=told.append,
+        count=2, size=1.0, time_limit_s=600.0, on_submodel=told.append,
     )  # fmt: skip
     missed = [one for one in told if not one.matches and not one.submodel.enlarged]
     assert missed
@@ -445,12 +444,9 @@ def test_a_window_that_cannot_be_enlarged_keeps_what_it_found(mesher, monkeypatc
     real = meshed_anew.tetrahedralize
     monkeypatch.setattr(meshed_anew, "tetrahedralize", fails_second)
     solid = printed()
-    solid = replace(solid, case=SimpleNamespace(
-        run=SimpleNamespace(memory=10**9, submodel_count=1), load_case=solid.case.load_case
-    ))  # fmt: skip
     result = accept_submodels(
         box_surface((SIDE, SIDE, SIDE)), solid, explicit(Block(peak=3.0, spoil=1.05), solid),
-        size=1.0, time_limit_s=600.0,
+        count=1, size=1.0, time_limit_s=600.0,
     )  # fmt: skip
     assert not result.submodels[0].matches
     assert not result.submodels[0].submodel.enlarged
@@ -487,7 +483,7 @@ def test_a_window_that_no_size_can_mesh_is_left_out(mesher, monkeypatch, all_of_
     refusing(monkeypatch, lambda centre, _: all_of_them or centre.min() > 7.0)
     solid = printed()
     result = accept_submodels(
-        box_surface((SIDE, SIDE, SIDE)), solid, explicit(Block(peak=3.0), solid), size=1.0,
+        box_surface((SIDE, SIDE, SIDE)), solid, explicit(Block(peak=3.0), solid), count=2, size=1.0,
         time_limit_s=600.0,
     )  # fmt: skip
     # The cell of 3 MPa about (7.5, 7.5, 7.5) mm is one of two.
@@ -507,7 +503,9 @@ def test_a_window_that_no_size_can_mesh_is_left_out(mesher, monkeypatch, all_of_
 def test_without_a_window_there_is_no_verdict():
     solid = printed(clamped=(lambda p: np.zeros(p.shape[1:]),))
     with pytest.raises(MeshError, match="no submodel can be chosen"):
-        accept_submodels(None, solid, explicit(Block(), solid), size=1.0, time_limit_s=600.0)
+        accept_submodels(
+            None, solid, explicit(Block(), solid), count=2, size=1.0, time_limit_s=600.0
+        )
 
 
 def test_scope_follows_the_tetrahedra_of_the_mesher():

@@ -45,17 +45,14 @@ def test_a_plate_with_few_elements_through_it_is_named_beside_a_band_that_it_wid
     """5 % to either side: said where the thinnest layer has fewer than three elements."""
     five = Banded(value=1.0, low=0.95, high=1.05)
 
-    def said(size, *, converges=True, use=1.0, **layers):
-        return _acceptance_warnings(
-            SimpleNamespace(
-                acceptance=SimpleNamespace(submodels=(), attempts=(), refused=()),
-                whole=SimpleNamespace(
-                    refused=(), undecided={}, result=SimpleNamespace(mesh_size=size)
-                ),
-                analysed=SimpleNamespace(solid=layered(**layers)),
-                rows=(a_row("dent", five, use, converges=converges),),
-            )
+    def said(size, *, converges=True, use=1.0, skin=None, kept=None):
+        accepted = SimpleNamespace(
+            acceptance=SimpleNamespace(submodels=(), attempts=(), refused=()),
+            whole=SimpleNamespace(refused=(), undecided={}, result=SimpleNamespace(mesh_size=size)),
+            analysed=SimpleNamespace(solid=layered(skin, kept)),
+            rows=(a_row("dent", five, use, converges=converges),),
         )
+        return _acceptance_warnings(accepted)
 
     (words,) = said(1.0, skin=2.0, kept=1.5)
     assert "1.5 finite cells of 1 mm go through region 'tip', 1.5 mm thick" in words

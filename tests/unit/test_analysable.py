@@ -16,6 +16,7 @@ from gradedesign.design.acceptance.whole_resolution import (
 )
 from gradedesign.design.case.read_case import load_case
 from gradedesign.design.resolve.analysable import analysable_bounds, grid_spacing
+from gradedesign.design.resolve.fitting_part import part_of
 from gradedesign.design.resolve.least_density import Need, Needs
 from gradedesign.design.resolve.planned_solid import PlannedPart, planned_solid
 from gradedesign.design.resolve.registry import lookup
@@ -23,7 +24,6 @@ from gradedesign.design.resolve.setup import prepare
 from gradedesign.errors import ResourceError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cell_surface import cell_surface
-from gradedesign.geometry.part.part import read_part
 from gradedesign.mechanics.explicit.analysis import PlannedSolid
 from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS
 from gradedesign.program.host.registry import build_registry
@@ -58,7 +58,7 @@ BLOCK = PlannedSolid(
 
 
 def domain_of(case):
-    return design_domain(case, read_part(case, {}))
+    return design_domain(case, part_of(case, {}))
 
 
 def bcc():
@@ -72,7 +72,9 @@ def bounds_of(tmp_path):
         path.write_text(CASE + more, encoding="utf-8")
         case = load_case(path)
         found = analysable_bounds(
-            case, bcc(), bounds, 10.0, FINITE_CELLS, part=PLANNED, domain=domain_of(case)
+            *(case.lattice, case.run, bcc(), bounds, 10.0, FINITE_CELLS),
+            part=PLANNED,
+            domain=domain_of(case),
         )
         return case, found
 

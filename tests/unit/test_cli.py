@@ -377,10 +377,6 @@ def test_impossible_places_are_usage_errors(cli, here, words, name):
 
 
 def test_names_of_cases_are_no_paths(cli, here):
-    class Named:
-        def __init__(self, name):
-            self.name = name
-
     for name, folder in {
         "bracket": "bracket",
         "../../etc": "etc",
@@ -388,7 +384,7 @@ def test_names_of_cases_are_no_paths(cli, here):
         "Träger": "Träger",
         "..": "case",
     }.items():
-        assert default_folder(Named(name)) == Path("runs") / folder
+        assert default_folder(name) == Path("runs") / folder
 
 
 @pytest.mark.parametrize("content", ["none", "no manifest", "results"])

@@ -5,8 +5,8 @@ from small_parts import box_part, held_bar
 
 from gradedesign import load_case, run
 from gradedesign.design.resolve.default_mesh_size import LEAST_DOFS, MOST_DOFS, with_mesh_size
+from gradedesign.design.resolve.fitting_part import part_of
 from gradedesign.design.resolve.predicted_part_mesh import predicted_part_dofs
-from gradedesign.geometry.part.part import read_part
 
 
 def case_of(folder, edges, cell, more=""):
@@ -32,9 +32,9 @@ def case_of(folder, edges, cell, more=""):
 def test_elements_follow_thickness_cells_and_unknowns(tmp_path, edges, scale):
     edges = tuple(scale * edge for edge in edges)
     case = case_of(tmp_path, edges, 10 * scale)
-    part = read_part(case, {})
-    known = with_mesh_size(case, part)
-    size = known.part.element_size
+    part = part_of(case, {})
+    known = with_mesh_size(case.part, part, case.lattice.cell_size)
+    size = known.element_size
     x, y, z = edges
     thickness = x * y * z / (x * y + y * z + z * x)
     assert size <= min(thickness / 1.5, 10 * scale)
@@ -43,8 +43,8 @@ def test_elements_follow_thickness_cells_and_unknowns(tmp_path, edges, scale):
 
 def test_what_is_stated_stays(tmp_path):
     case = case_of(tmp_path, (60, 20, 20), 10)
-    stated = case.model_copy(update={"part": case.part.model_copy(update={"mesh_size": 7.0})})
-    assert with_mesh_size(stated, read_part(case, {})).part.element_size == 7.0
+    stated = case.part.model_copy(update={"mesh_size": 7.0})
+    assert with_mesh_size(stated, part_of(case, {}), 10.0).element_size == 7.0
 
 
 def test_a_run_takes_it(tmp_path):

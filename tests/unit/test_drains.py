@@ -9,6 +9,7 @@ from plain_cells import plain_cells
 
 from gradedesign.design.case.read_case import load_case
 from gradedesign.design.resolve.component_place import component_place
+from gradedesign.design.resolve.fitting_part import part_of
 from gradedesign.errors import CaseError, ResourceError
 from gradedesign.geometry.lattice import closed_voids as module
 from gradedesign.geometry.lattice.closed_voids import closed_voids
@@ -18,7 +19,6 @@ from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.geometry.part.box import box_surface
-from gradedesign.geometry.part.part import read_part
 from gradedesign.geometry.part.signed_distance import surface_distance
 
 CASE = """\
@@ -41,7 +41,7 @@ def designed(folder, more):
     """The lattice of a case before its drain holes, and the case."""
     (folder / "case.toml").write_text(CASE + more)
     case = load_case(folder)
-    part = read_part(case, {})
+    part = part_of(case, {})
     design = LatticeDesign(
         domain=design_domain(case, part),
         cells=plain_cells(gyroid_sheet, 0.0, 1.4),

@@ -8,15 +8,10 @@ import pytest
 
 from gradedesign.design.loop import saturation
 from gradedesign.design.loop.ended import TIGHT_END, Ended, enclosed_end
+from gradedesign.design.loop.iteration_row import Iteration, LimitIteration
 from gradedesign.design.loop.saturation import density_gain, needy_at_bound, never_held, sentence
 from gradedesign.design.verdict import summary
-from gradedesign.design.verdict.result import (
-    Iteration,
-    LimitIteration,
-    RunResult,
-    as_json,
-    from_json,
-)
+from gradedesign.design.verdict.result import RunResult, as_json, from_json
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.program.outputs.files import write_result
@@ -64,8 +59,8 @@ def verdict(monkeypatch):
     setup = SimpleNamespace(
         problem=SimpleNamespace(
             material=SimpleNamespace(density=1.0),
-            domain=SimpleNamespace(of=lambda _: ()),
-            case=SimpleNamespace(print=None),
+            domain=SimpleNamespace(facts=dict),
+            case=SimpleNamespace(print=None, part=SimpleNamespace(file=None)),
             part=SimpleNamespace(surface=None),
         ),
         cells=SimpleNamespace(zoning=None),
@@ -160,9 +155,9 @@ def test_the_first_order_overrates_what_a_bar_can_gain():
 def lattice(skin=(), window=0.8):
     return SimpleNamespace(
         problem=SimpleNamespace(
-            case=SimpleNamespace(lattice=SimpleNamespace(skin=skin), load_case=()),
+            case=SimpleNamespace(load_case=()),
             part=None,
-            domain=None,
+            domain=SimpleNamespace(ties_faces=bool(skin)),
         ),
         cells=SimpleNamespace(
             bounds=(0.2, 0.6),
@@ -290,7 +285,7 @@ def resumed(tmp_path):
             if spoil is not None:
                 (folder / "result.json").write_text(spoil, encoding="utf-8")
             run = SimpleNamespace(time=time, max_iterations=max_iterations)
-            return finished_result(out, SimpleNamespace(run=run, case_hash="same"))
+            return finished_result(out, run)
 
     return call
 

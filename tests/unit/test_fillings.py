@@ -6,11 +6,11 @@ from composed_domains import design_domain
 from plain_cells import plain_cells
 
 from gradedesign.design.case.read_case import load_case
+from gradedesign.design.resolve.fitting_part import part_of
 from gradedesign.errors import CaseError, ResourceError
 from gradedesign.geometry.lattice.components.filling import Filling
 from gradedesign.geometry.lattice.domain import SKIN, phase_at
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
-from gradedesign.geometry.part.part import read_part
 from gradedesign.pipeline import run
 from gradedesign.program.host.registry import build_registry
 
@@ -45,7 +45,7 @@ def read(folder, more):
 
 def domain_of(folder, more):
     case = read(folder, more)
-    return design_domain(case, read_part(case, {}))
+    return design_domain(case, part_of(case, {}))
 
 
 def points(n=80):

@@ -1,7 +1,6 @@
 """Finite cells behind the protocol of explicit analyses: fields, files, memory, a given field."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -64,9 +63,9 @@ def bar(memory=8e9, field=None):
         cell_size=2.0,
         density=0.3,
     )
-    run = SimpleNamespace(memory=memory)
     return PrintedSolid(
-        case=SimpleNamespace(load_case=(pull,), keep=(), run=run),
+        load_cases=(pull,),
+        memory=memory,
         design=design,
         material=STEEL,
         regions={
@@ -156,7 +155,7 @@ def test_elements_are_twice_as_large_where_the_memory_asks_and_walls_allow():
     # What is compared with other spacings is divided evenly or not at all.
     with pytest.raises(ResourceError, match=r"more than \[run\] memory"):
         solve_finite_cells(thick, Resolution(spacing=0.5), print)
-    enough = replace(thick, case=bar().case)
+    enough = replace(thick, memory=bar().memory)
     even = solve_finite_cells(enough, Resolution(spacing=0.5, coarsest=0.7), print)
     assert even.result.space.hanging is None
     # Two blocks across of 1 mm where x < 2, and 32 bricks of 0.5 mm: an even grid has 64.

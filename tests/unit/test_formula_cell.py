@@ -60,7 +60,7 @@ def written(folder, formula, kind, density="0.3", more=""):
 def test_the_formula_of_an_installed_cell_is_that_cell(tmp_path, kind):
     """Gyroid: the same field, window, levels, and at 24 voxels the same stiffness and strength."""
     case = load_case(written(tmp_path, GYROID, kind))
-    mine = with_own_cell(case, REGISTRY).cell_families["mine"]
+    mine = with_own_cell(case.lattice, REGISTRY, case.where).cell_families["mine"]
     theirs = REGISTRY.cell_families[f"gyroid-{kind}"]
     u = np.random.default_rng(7).random((3, 500))
     np.testing.assert_allclose(mine.shape(u), theirs.shape(u), rtol=0, atol=1e-12)
@@ -98,7 +98,7 @@ def test_generate_prints_a_formula_at_its_density(tmp_path):
 def test_a_parameter_of_the_formula_is_one_of_the_cell(tmp_path):
     options = 'parameters = [["bias", 0.0]]\n[lattice.parameters]\nbias = 0.7\n'
     case = load_case(written(tmp_path, P + " + bias * cos(4*pi*x)", "network", "0.5", options))
-    mine = with_own_cell(case, REGISTRY).cell_families["mine"]
+    mine = with_own_cell(case.lattice, REGISTRY, case.where).cell_families["mine"]
     at = np.array([[0.25], [0.1], [0.3]])
     told = mine.shape(at, **case.lattice.parameters)
     plain = mine.shape(at, **mine.parameters)

@@ -18,6 +18,7 @@ from PIL import Image
 
 from gradedesign.common.values.formula import parse_formula
 from gradedesign.design.case.read_case import load_case
+from gradedesign.design.resolve.fitting_part import part_of
 from gradedesign.design.resolve.own_cell import with_own_cell
 from gradedesign.design.resolve.resolve import lookup, resolve_material
 from gradedesign.errors import GradeDesignError
@@ -33,7 +34,6 @@ from gradedesign.geometry.lattice.voxel_density import (
     voxel_density,
 )
 from gradedesign.geometry.part.image_stack import read_image_stack
-from gradedesign.geometry.part.part import read_part
 from gradedesign.geometry.tets.tet_mesh import TetMesh
 from gradedesign.program.host.registry import build_registry
 
@@ -141,12 +141,12 @@ def folders(tmp_path):
 def look_at(folder, registry):
     """What ``check`` does up to the first mesh."""
     case = load_case(folder)
-    registry = with_own_cell(case, registry)
+    registry = with_own_cell(case.lattice, registry, case.where)
     if case.material is not None:
         resolve_material(case.material, registry)
     lookup(registry, "cell_families", case.lattice.cell)
     if case.part.file is None:
-        part = read_part(case, {s: r.read for r in registry.readers.values() for s in r.suffixes})
+        part = part_of(case, {s: r.read for r in registry.readers.values() for s in r.suffixes})
         assert np.isfinite(part.surface.vertices).all()
         assert part.volume > 0
 

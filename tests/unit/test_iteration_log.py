@@ -5,7 +5,7 @@ from io import StringIO
 
 import numpy as np
 
-from gradedesign.design.verdict.result import Iteration, LimitIteration
+from gradedesign.design.loop.iteration_row import Iteration, LimitIteration
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.program.outputs.iteration_log import iteration_log
 

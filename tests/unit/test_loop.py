@@ -20,13 +20,13 @@ from gradedesign.design.loop import ended as ending
 from gradedesign.design.loop.announce import Announcer
 from gradedesign.design.loop.ended import TIGHT_END, Ended, NoTimeError
 from gradedesign.design.loop.iteration import DesignIteration
+from gradedesign.design.loop.iteration_row import Iteration
 from gradedesign.design.loop.left_designs import is_ready
 from gradedesign.design.loop.loop import Progress, run_loop
 from gradedesign.design.loop.loop_stages import Judged, Stages
 from gradedesign.design.loop.predicted_cost import RunWork
 from gradedesign.design.loop.run_cost import RunCost
 from gradedesign.design.verdict.reasons import why_not
-from gradedesign.design.verdict.result import Iteration
 from gradedesign.errors import MeshError, ResourceError
 from gradedesign.mechanics.explicit.correction import Correction, Discrepancy
 from gradedesign.mechanics.limits.banded import Banded
@@ -900,16 +900,20 @@ def test_sizing_leaves_the_room_that_each_load_case_asks_for(monkeypatch):
     )
     setup = SimpleNamespace(
         problem=SimpleNamespace(
-            case=SimpleNamespace(lattice=SimpleNamespace(by_stress=False)),
+            case=SimpleNamespace(
+                lattice=SimpleNamespace(by_stress=False),
+                model_dump_json=lambda **_: "",
+                part=SimpleNamespace(element_size=1.0),
+            ),
             limits=(*limits, a_stress_limit()),
         ),
-        cells=SimpleNamespace(cell=None, bounds=(0.2, 0.6), zoning=None),
+        cells=SimpleNamespace(
+            cell=SimpleNamespace(name="", parameters={}), bounds=(0.2, 0.6), zoning=None
+        ),
         model=None,
     )
     monkeypatch.setattr(iteration_steps, "corrected_model", lambda *_: None)
-    monkeypatch.setattr(
-        iteration_steps, "stored_sizing", lambda _case, _cell, problem, **__: problem
-    )
+    monkeypatch.setattr(iteration_steps, "stored_sizing", lambda problem, _stated, **__: problem)
     problem = iteration_steps.size_design(
         setup,
         Correction(),

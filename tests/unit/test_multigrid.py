@@ -15,7 +15,6 @@ from gradedesign.geometry.tets.tet_mesh import TetMesh, centroids
 from gradedesign.mechanics.fe.assembly import assemble, assembly_pattern
 from gradedesign.mechanics.fe.multigrid import build_hierarchy, preconditioner
 from gradedesign.mechanics.fe.quadratic_level import edge_means
-from gradedesign.mechanics.fe.rigid_modes import rigid_body_modes
 from gradedesign.mechanics.fe.space import TetSpace, edge_ends, tet_space, vertex_space
 from gradedesign.mechanics.fe.stiffness import AnisotropicStiffness, IsotropicStiffness
 from gradedesign.mechanics.material.scaling_law import isotropic_stiffness
@@ -29,6 +28,7 @@ from gradedesign.mechanics.solver.block_rows import (
     single_precision,
 )
 from gradedesign.mechanics.solver.conjugate_gradients import conjugate_gradients
+from gradedesign.mechanics.solver.rigid_modes import rigid_body_modes
 
 
 def oriented(points: np.ndarray, tets: np.ndarray) -> TetMesh:

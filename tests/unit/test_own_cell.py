@@ -34,7 +34,8 @@ def case(folder, own, start=START):
 
 
 def family(folder, own):
-    return with_own_cell(case(folder, own), REGISTRY).cell_families["mine"]
+    read = case(folder, own)
+    return with_own_cell(read.lattice, REGISTRY, read.where).cell_families["mine"]
 
 
 def primitive_voxels(n=24):
@@ -180,7 +181,7 @@ def test_voxels_that_are_not_periodic_are_refused(tmp_path):
 def test_the_name_of_an_installed_cell_is_refused(tmp_path):
     told = case(tmp_path, CUBES, START.replace('"mine"', '"gyroid-sheet"'))
     with pytest.raises(CaseError, match="installed cell"):
-        with_own_cell(told, REGISTRY)
+        with_own_cell(told.lattice, REGISTRY, told.where)
 
 
 def test_a_case_stays_itself_where_it_lies_until_its_cell_changes(tmp_path):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import manifold3d
 import numpy as np
 import pytest
 
+from gradedesign.common.values.locate import Where
 from gradedesign.errors import CaseError, PartError
 from gradedesign.geometry.formats.read_stl import read_stl
 from gradedesign.geometry.part.box import box_surface
@@ -33,11 +33,15 @@ def write_stl(path: Path, corners) -> Path:
 def case(folder: Path, part: dict, **regions):
     spec = PartSpec.model_validate({"mesh_size": "5 mm", **part}, context={"folder": folder})
     models = {name: RegionSpec.model_validate(value) for name, value in regions.items()}
-    return SimpleNamespace(part=spec, region=models, keep=(), folder=folder)
+    return spec, models
+
+
+def part_of(stated, readers):
+    return read_part(*stated, readers, Where(file="case.toml"))
 
 
 def test_box_part(tmp_path):
-    part = read_part(
+    part = part_of(
         case(tmp_path, {"box": ["1500 mm", "300 mm", "200 mm"]}, root={"plane": "x = min"}), {}
     )
     assert part.source == "box"
@@ -55,7 +59,7 @@ def test_file_part_in_inches(tmp_path):
         top={"plane": "z = max"},
         side={"facing": "+x"},
     )
-    part = read_part(asked, READERS)
+    part = part_of(asked, READERS)
     assert part.source == "block.STL"
     assert part.volume == pytest.approx(6000.0 * 25.4**3)
     assert list(part.regions) == ["top", "side"]
@@ -65,7 +69,7 @@ def test_file_part_in_inches(tmp_path):
 def test_warnings_of_reading_and_of_repair_are_collected(tmp_path):
     path = write_stl(tmp_path / "block.stl", np.concatenate([BOX, BOX[:1]]))
     path.write_bytes(path.read_bytes() + b"  ")
-    part = read_part(case(tmp_path, {"file": "block.stl", "units": "mm"}), READERS)
+    part = part_of(case(tmp_path, {"file": "block.stl", "units": "mm"}), READERS)
     assert [w.split(":")[0] for w in part.report.warnings] == ["block.stl"] * 2
     assert "trailing" in part.report.warnings[0]
     assert "duplicate" in part.report.warnings[1]
@@ -81,7 +85,7 @@ def test_a_face_that_curves_away_is_told(tmp_path):
     chosen = case(
         tmp_path, {"file": file.name, "units": "mm"}, top={"facing": "+y"}, flat={"facing": "-y"}
     )
-    warnings = read_part(chosen, {".stl": read_stl}).report.warnings
+    warnings = part_of(chosen, {".stl": read_stl}).report.warnings
     assert len(warnings) == 1
     assert warnings[0].startswith("region.top: 33 % of its 942.4 mm^2 is turned more than 60 deg")
 
@@ -95,28 +99,26 @@ def test_options_of_repair_reach_it(tmp_path):
     frame += [[outer[k - 1], inner[k], inner[k - 1]] for k in range(3)]
     write_stl(tmp_path / "open.stl", np.concatenate([BOX[1:], np.array(frame)]))
     with pytest.raises(PartError, match=r"open\.stl: the surface is open"):
-        read_part(case(tmp_path, {"file": "open.stl", "units": "mm"}), READERS)
-    part = read_part(case(tmp_path, {"file": "open.stl", "units": "mm", "repair": "auto"}), READERS)
+        part_of(case(tmp_path, {"file": "open.stl", "units": "mm"}), READERS)
+    part = part_of(case(tmp_path, {"file": "open.stl", "units": "mm", "repair": "auto"}), READERS)
     assert part.volume == pytest.approx(6000.0)
     write_stl(tmp_path / "two.stl", np.concatenate([BOX, BOX + 50]))
     with pytest.raises(PartError, match="separate solids"):
-        read_part(case(tmp_path, {"file": "two.stl", "units": "mm"}), READERS)
-    part = read_part(case(tmp_path, {"file": "two.stl", "units": "mm", "bodies": "all"}), READERS)
+        part_of(case(tmp_path, {"file": "two.stl", "units": "mm"}), READERS)
+    part = part_of(case(tmp_path, {"file": "two.stl", "units": "mm", "bodies": "all"}), READERS)
     assert part.volume == pytest.approx(12000.0)
 
 
 def test_no_reader(tmp_path):
     write_stl(tmp_path / "block.stl", BOX)
     with pytest.raises(CaseError, match=r"readable: \.obj, \.ply"):
-        read_part(
-            case(tmp_path, {"file": "block.stl", "units": "mm"}), {".ply": None, ".obj": None}
-        )
+        part_of(case(tmp_path, {"file": "block.stl", "units": "mm"}), {".ply": None, ".obj": None})
 
 
 def test_row_27_missing_unit(tmp_path):
     write_stl(tmp_path / "block.stl", BOX)
     with pytest.raises(CaseError, match=r"part\.units: missing; block\.stl carries no unit"):
-        read_part(case(tmp_path, {"file": "block.stl"}), READERS)
+        part_of(case(tmp_path, {"file": "block.stl"}), READERS)
 
 
 def test_a_unit_of_the_file_is_used_and_one_of_the_case_overrules_it_aloud(tmp_path):
@@ -125,9 +127,9 @@ def test_a_unit_of_the_file_is_used_and_one_of_the_case_overrules_it_aloud(tmp_p
     def in_metres(path):
         return replace(read_stl(path), unit="m")
 
-    part = read_part(case(tmp_path, {"file": "block.stl"}), {".stl": in_metres})
+    part = part_of(case(tmp_path, {"file": "block.stl"}), {".stl": in_metres})
     assert (part.volume, part.units) == (pytest.approx(6000.0e9), "m")
     assert "metres" not in str(part.report.warnings)
-    part = read_part(case(tmp_path, {"file": "block.stl", "units": "mm"}), {".stl": in_metres})
+    part = part_of(case(tmp_path, {"file": "block.stl", "units": "mm"}), {".stl": in_metres})
     assert (part.volume, part.units) == (pytest.approx(6000.0), "mm")
     assert "read in mm as part.units says, though its unit is m" in part.report.warnings[0]

@@ -8,6 +8,7 @@ import pytest
 
 from gradedesign.design.case.read_case import load_case
 from gradedesign.design.case.schema import LoadSpec, RegionSpec
+from gradedesign.design.resolve.fitting_part import part_of
 from gradedesign.design.resolve.free_motions import require_supported
 from gradedesign.design.resolve.part_tets import part_tets
 from gradedesign.design.resolve.predicted_part_mesh import least_part_dofs, predicted_part_dofs
@@ -15,7 +16,6 @@ from gradedesign.errors import CaseError
 from gradedesign.geometry.formats.read_stl import read_stl
 from gradedesign.geometry.formats.write_stl import write_stl
 from gradedesign.geometry.part.box import box_surface
-from gradedesign.geometry.part.part import read_part
 from gradedesign.geometry.part.place_words import number
 from gradedesign.geometry.part.regions import select_regions
 from gradedesign.geometry.part.round_shapes import round_shapes
@@ -58,14 +58,14 @@ size = "5 mm"
 @pytest.fixture(scope="module")
 def bracket():
     case = load_case(CASES / "bracket")
-    return case, read_part(case, {".stl": read_stl})
+    return case, part_of(case, {".stl": read_stl})
 
 
 def test_a_bearing_load_is_drawn_on_the_half_that_it_presses_on(bracket):
     case, part = bracket
     pin = LoadSpec(region="lug_hole", bearing=["500 N", "0 N", "1200 N"])
     pull = case.load_case[0].model_copy(update={"load": (pin,)})
-    (mark,) = action_marks(case.model_copy(update={"load_case": (pull,)}), part)
+    (mark,) = action_marks([pull], part)
     assert mark.text == "1300 N bearing"
     ahead = (mark.corners.mean(axis=1) - [12.0, 23.0, 80.0]) @ mark.vector
     assert ahead.min() > 0.0
@@ -106,12 +106,12 @@ def test_the_centroid_is_that_of_the_volume():
 def test_the_mesh_of_a_box_is_predicted_exactly_and_of_the_bracket_within_two(bracket):
     case, part = bracket
     box = load_case(CASES / "mini")
-    of_box = read_part(box, {})
-    mesh = part_tets(box, of_box, PYTETWILD)
-    assert predicted_part_dofs(box, of_box) == tet_space(mesh, 2).dof_count
+    of_box = part_of(box, {})
+    mesh = part_tets(box.part, of_box, PYTETWILD, box.run)
+    assert predicted_part_dofs(box.part, of_box) == tet_space(mesh, 2).dof_count
     # The mesher gave 61218 unknowns at 11 mm.
-    assert 61218 / 2 < predicted_part_dofs(case, part) < 61218 * 2
-    assert least_part_dofs(case, part) < 61218
+    assert 61218 / 2 < predicted_part_dofs(case.part, part) < 61218 * 2
+    assert least_part_dofs(case.part, part) < 61218
 
 
 def test_a_body_that_nothing_holds_is_refused_without_a_mesh(tmp_path):
@@ -127,11 +127,11 @@ def test_a_body_that_nothing_holds_is_refused_without_a_mesh(tmp_path):
     case = load_case(tmp_path)
     words = r"load_case\[0\]\.fix.*of body 2, 1000 mm\^3 from \(20, 0, 0\).*: without any support"
     with pytest.raises(CaseError, match=words):
-        require_supported(case, read_part(case, {".stl": read_stl}))
+        require_supported(case.load_case, part_of(case, {".stl": read_stl}), case.where)
     held = BODIES.replace('{region = "root"}]', '{region = "root"}, {region = "other"}]')
     (tmp_path / "case.toml").write_text(held, encoding="utf-8")
     case = load_case(tmp_path)
-    require_supported(case, read_part(case, {".stl": read_stl}))
+    require_supported(case.load_case, part_of(case, {".stl": read_stl}), case.where)
 
 
 @pytest.mark.parametrize(

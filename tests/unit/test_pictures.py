@@ -10,9 +10,9 @@ from composed_domains import design_domain
 from matplotlib.image import imread
 
 from gradedesign.design.case.read_case import load_case
+from gradedesign.design.resolve.fitting_part import part_of
 from gradedesign.geometry.contour.surface import extract_surface
 from gradedesign.geometry.part.box import box_surface
-from gradedesign.geometry.part.part import read_part
 from gradedesign.geometry.part.signed_distance import region_distance
 from gradedesign.geometry.tets.tet_mesh import (
     TetMesh,
@@ -255,8 +255,8 @@ temperature_change = "20 K"
 [limits]"""
     (tmp_path / "case.toml").write_text(text.replace("[limits]", more), encoding="utf-8")
     case = load_case(tmp_path)
-    part = read_part(case, {})
-    found = [(m.load_case, m.kind, m.text) for m in action_marks(case, part)]
+    part = part_of(case, {})
+    found = [(m.load_case, m.kind, m.text) for m in action_marks(case.load_case, part)]
     assert found == [
         ("shear", "force", "400 N"),
         ("more", "pressure", "2 MPa"),
@@ -264,7 +264,7 @@ temperature_change = "20 K"
         ("more", "displacement", "0.1 mm"),
         ("more", "acceleration", "30 m/s^2"),
     ]
-    assert warming_note(case) == "change of temperature: more +20 K"
+    assert warming_note(case.load_case) == "change of temperature: more +20 K"
     zone = SupportZone(
         region="root",
         corners=part.regions["root"].corners,
@@ -272,10 +272,10 @@ temperature_change = "20 K"
         radius=3.0,
         disturbed=3.0,
     )
-    assert loads_note(case, [zone], 0.125).endswith(
+    assert loads_note(case.load_case, [zone], 0.125).endswith(
         "more +20 K; stress not judged within 3 mm of root, 12.5% of the part"
     )
-    *marks, drawn = region_marks(case, part, design_domain(case, part), [zone])
+    *marks, drawn = region_marks(case.load_case, part, design_domain(case, part), [zone])
     assert (drawn.name, drawn.role) == ("stress not judged, 3 mm", "unjudged")
     # A slab of 3 of the 24 mm, drawn a little below the faces.
     high = drawn.corners.reshape(-1, 3).max(axis=0)

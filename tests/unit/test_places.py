@@ -118,7 +118,7 @@ MISTAKES = {
 
 def checked(folder, registry):
     case = load_case(folder)
-    return check_case(case, with_own_cell(case, registry))
+    return check_case(case, with_own_cell(case.lattice, registry, case.where))
 
 
 @pytest.mark.parametrize(("old", "new", "key", "at", "words"), MISTAKES.values(), ids=MISTAKES)
@@ -177,8 +177,8 @@ def test_a_wrong_unit_is_asked_for_before_a_region(units, size, box_file, regist
 def test_microns_are_a_unit(box_file, registry, tmp_path):
     (tmp_path / "case.toml").write_text(CASE.replace(PART, FILE.replace('"mm"', '"um"')))
     case = load_case(tmp_path)
+    from gradedesign.design.resolve.fitting_part import part_of
     from gradedesign.design.resolve.part_readers import part_readers
-    from gradedesign.geometry.part.part import read_part
 
-    part = read_part(case, part_readers(case, registry))
+    part = part_of(case, part_readers(case.part, case.run.memory, registry))
     assert np.ptp(part.surface.vertices, axis=0) == pytest.approx([0.024, 0.012, 0.012])

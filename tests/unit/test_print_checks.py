@@ -1,7 +1,6 @@
 """``[print]`` through the commands: optional keys, rows of the verdict, warnings, exit codes."""
 
 import json
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -142,10 +141,9 @@ def test_a_met_design_that_breaks_a_print_limit_is_not_met_and_reported(tmp_path
         as_built_offset=[["0 deg", "0.1 mm"]],
         limits=PrintLimitsSpec(support_volume="50 mm^3", thickness="0.5 mm"),
     )
-    case = SimpleNamespace(print=spec)
     found = measure_printability(surface, surface, spec, wall_thickness(surface, rays=1000))
     met = RunResult(status="met", lightest=True, reason="all holds", folder=tmp_path)
-    result = with_print_limits(met, case, found, None)
+    result = with_print_limits(met, spec, found, None)
     assert (result.status, result.lightest) == ("not_met", False)
     # 8 x 2 mm of the bar, 4.5 mm up.
     assert "all holds; but print support volume is 7" in result.reason
@@ -157,7 +155,7 @@ def test_a_met_design_that_breaks_a_print_limit_is_not_met_and_reported(tmp_path
     page = render_report(result, {}, "")
     for words in ("How it is printed", "print support volume", "BROKEN", "to first order"):
         assert words in page
-    assert with_print_limits(met, case, None, None) == met
+    assert with_print_limits(met, spec, None, None) == met
 
 
 def test_feather_edges_are_a_warning_or_a_row():
@@ -172,7 +170,7 @@ def test_feather_edges_are_a_warning_or_a_row():
         spec = PrintSpec(min_wall="0.5 mm", limits=PrintLimitsSpec(**limits))
         solid = wall_thickness(surface, rays=1000)
         found = measure_printability(surface, surface, spec, solid)
-        return with_print_limits(met, SimpleNamespace(print=spec), found, None)
+        return with_print_limits(met, spec, found, None)
 
     warned = printed()
     (words,) = (words for words in warned.warnings if words.startswith("feather edges: "))

@@ -1,5 +1,6 @@
 """The file that is judged is the file that was written, and the one that stays."""
 
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
@@ -8,12 +9,13 @@ from gradedesign import pipeline
 from gradedesign.common.system.progress import ignore
 from gradedesign.design.loop import exported_surface as exporting
 from gradedesign.design.loop.announce import Announcer
-from gradedesign.design.resolve import lattice_files
 from gradedesign.design.resolve.lattice_files import STL_NAME
 from gradedesign.errors import ResourceError
 from gradedesign.geometry.contour.islands import Islands
 from gradedesign.geometry.formats.write_stl import write_stl
 from gradedesign.geometry.part.box import box_surface
+from gradedesign.program.outputs import printed_files
+from gradedesign.program.outputs.printed_files import written_back
 from gradedesign.program.store.run_folder import open_run_folder
 
 BOX = box_surface((4.0, 2.0, 1.0))
@@ -57,13 +59,13 @@ def exported(monkeypatch, out):
             part=SimpleNamespace(surface=BOX),
             domain=SimpleNamespace(bodies=1),
             case=SimpleNamespace(
-                part=SimpleNamespace(bodies="one"), print=None, run=SimpleNamespace(memory=8e9)
+                part=SimpleNamespace(file=None), print=None, run=SimpleNamespace(memory=8e9)
             ),
         )
     )
     solved = SimpleNamespace(division=SimpleNamespace(surface_size=0.5))
     analysed = SimpleNamespace(design=None, result=SimpleNamespace(volume=8.0, solved=solved))
-    return lambda: exporting.export_surface(setup, out, analysed)
+    return lambda: exporting.export_surface(setup, partial(written_back, out), analysed)
 
 
 def test_a_file_changed_between_writing_and_judging_is_an_error(monkeypatch, exported, out):
@@ -76,14 +78,15 @@ def test_a_file_changed_between_writing_and_judging_is_an_error(monkeypatch, exp
         alter(path)
         return digest
 
-    monkeypatch.setattr(lattice_files, "write_stl", disturbed)
+    monkeypatch.setattr(printed_files, "write_stl", disturbed)
     with pytest.raises(ResourceError, match="changed after it was written"):
         exported()
 
 
 def shown(monkeypatch, out, accepted):
     monkeypatch.setattr(pipeline, "shown_of", lambda *given: given[3])
-    case, part = SimpleNamespace(print=None), SimpleNamespace(surface=BOX)
+    case = SimpleNamespace(print=None, part=SimpleNamespace(file=None))
+    part = SimpleNamespace(surface=BOX)
     setup = SimpleNamespace(problem=SimpleNamespace(case=case, part=part))
     return pipeline.shown_design(setup, out, Announcer(ignore), (), accepted)
 

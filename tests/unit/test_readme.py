@@ -15,8 +15,8 @@ from typer.main import get_command
 
 from gradedesign import errors, load_case, run
 from gradedesign.design.loop.announce import Announcer
+from gradedesign.design.loop.iteration_row import Iteration, LimitIteration
 from gradedesign.design.verdict import reasons
-from gradedesign.design.verdict.result import Iteration, LimitIteration
 from gradedesign.errors import GradeDesignError
 from gradedesign.mechanics.limits.banded import Banded
 from gradedesign.mechanics.limits.key import LimitKey

@@ -8,7 +8,8 @@ from html.parser import HTMLParser
 import jinja2
 import pytest
 
-from gradedesign.design.verdict.result import Iteration, LimitIteration, RunResult
+from gradedesign.design.loop.iteration_row import Iteration, LimitIteration
+from gradedesign.design.verdict.result import RunResult
 from gradedesign.mechanics.limits.banded import Banded
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.row import LimitRow

@@ -48,14 +48,21 @@ def build_registry_with(laws):
 def case(name="auto", edges=(8.0, 8.0, 8.0), own_cell=None):
     return SimpleNamespace(
         lattice=SimpleNamespace(
-            law=name, density=(0.2, 0.5), edges=edges, own_cell=own_cell, by_stress=False
-        )
+            law=name, densities=(0.2, 0.5), edges=edges, own_cell=own_cell, by_stress=False
+        ),
+        limits=None,
     )
 
 
 def resolve_law(case, registry, family, parameters, *rest, poissons_ratio=0.34):
     return resolve(
-        case, registry, calibrate(family, parameters), *rest, poissons_ratio=poissons_ratio
+        case.lattice,
+        case.limits,
+        registry,
+        calibrate(family, parameters),
+        "case.toml:7: {}".format,
+        *rest,
+        poissons_ratio=poissons_ratio,
     )
 
 
@@ -166,7 +173,6 @@ def test_a_law_without_strength_is_refused_where_stress_is_limited(computed):
         origin=LawOrigin(kind="fe", source="this test", test="none"),
     )
     limited = case("soft")
-    limited.where = "case.toml:7: {}".format
     limited.limits = SimpleNamespace(stress=None, safety_factor=2.0)
     with pytest.raises(CaseError, match=r"'soft' has no strength.*safety_factor.*with strength"):
         resolve_law(limited, build_registry_with([soft]), FAMILY, {"bend": 0.5})

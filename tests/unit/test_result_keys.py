@@ -14,8 +14,9 @@ from small_parts import SHORT_BAR
 import gradedesign
 from gradedesign.design.acceptance.body import Body
 from gradedesign.design.acceptance.body_comparison import BodyComparison
+from gradedesign.design.loop.iteration_row import Iteration, LimitIteration
 from gradedesign.design.loop.predicted_cost import CostPrediction
-from gradedesign.design.verdict.result import Iteration, LimitIteration, RunResult
+from gradedesign.design.verdict.result import RunResult
 from gradedesign.mechanics.explicit.measures import StressMeasure
 from gradedesign.mechanics.limits.banded import Banded
 from gradedesign.mechanics.limits.key import LimitKey

@@ -9,11 +9,11 @@ from small_parts import SHORT_BAR
 
 import gradedesign
 from gradedesign.design.check.check_case import check_case
+from gradedesign.design.resolve.fitting_part import part_of
 from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.component import KEPT, LATTICE
 from gradedesign.geometry.lattice.components.rib import Rib
 from gradedesign.geometry.lattice.domain import DesignDomain, phase_at
-from gradedesign.geometry.part.part import read_part
 from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
 from gradedesign.mechanics.sizing.solid_moments import solid_fraction, solid_moments
 from gradedesign.program.commands.check_data import kept_solids
@@ -53,7 +53,7 @@ def read(folder, *ribs, more=""):
 
 def ribbed(folder, *ribs, more=""):
     case = read(folder, *ribs, more=more)
-    return design_domain(case, read_part(case, {}))
+    return design_domain(case, part_of(case, {}))
 
 
 def test_its_plate_is_solid_and_held(tmp_path):

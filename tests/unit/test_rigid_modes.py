@@ -9,14 +9,10 @@ from skfem import MeshTet
 from gradedesign.errors import SolverError
 from gradedesign.geometry.tets.tet_mesh import TetMesh
 from gradedesign.mechanics.fe.assembly import assemble, assembly_pattern, matvec
-from gradedesign.mechanics.fe.rigid_modes import (
-    connected_pieces,
-    free_pieces,
-    require_held,
-    rigid_body_modes,
-)
+from gradedesign.mechanics.fe.free_pieces import connected_pieces, free_pieces, require_held
 from gradedesign.mechanics.fe.space import TetSpace, tet_space
 from gradedesign.mechanics.fe.stiffness import IsotropicStiffness
+from gradedesign.mechanics.solver.rigid_modes import rigid_body_modes
 
 
 def boxes(*offsets: float, order: int = 2) -> TetSpace:

@@ -21,28 +21,30 @@ def unknowns(spacing):
 
 def test_solid_with_few_unknowns_is_refined_until_it_has_some():
     coarse = next(s for s in (1.0, 1.2, 1.4, 1.6) if unknowns(s) < 0.6 * AFFORDABLE)
-    fine = small_solid_spacing(FINITE_CELLS, BOX, coarse, RunSpec())
+    fine = small_solid_spacing(FINITE_CELLS, BOX, coarse, stated=False)
     assert 1.0 < coarse / fine < FINEST
     assert unknowns(fine) == pytest.approx(AFFORDABLE, rel=1e-3)
 
 
 def test_refinement_ends():
-    assert small_solid_spacing(FINITE_CELLS, BOX, 5.0, RunSpec()) == pytest.approx(5.0 / FINEST)
+    assert small_solid_spacing(FINITE_CELLS, BOX, 5.0, stated=False) == pytest.approx(5.0 / FINEST)
 
 
 def test_large_solid_keeps_the_spacing_that_its_walls_ask_for():
     assert unknowns(0.5) > AFFORDABLE
-    assert small_solid_spacing(FINITE_CELLS, BOX, 0.5, RunSpec()) == 0.5
+    assert small_solid_spacing(FINITE_CELLS, BOX, 0.5, stated=False) == 0.5
 
 
 @pytest.mark.parametrize("stated", [{"elements_per_wall": 0.5}, {"explicit_mesh_size": "5 mm"}])
 def test_stated_resolution_is_kept(stated):
-    assert small_solid_spacing(FINITE_CELLS, BOX, 5.0, RunSpec(**stated)) == 5.0
+    run = RunSpec(**stated)
+    spacing = small_solid_spacing(FINITE_CELLS, BOX, 5.0, stated=run.states_resolution)
+    assert spacing == 5.0
 
 
 def test_analysis_that_states_no_such_count_is_not_refined():
     plain = SimpleNamespace(affordable=0.0, estimate=FINITE_CELLS.estimate)
-    assert small_solid_spacing(plain, BOX, 5.0, RunSpec()) == 5.0
+    assert small_solid_spacing(plain, BOX, 5.0, stated=False) == 5.0
 
 
 CASE = """\

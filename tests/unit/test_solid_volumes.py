@@ -10,6 +10,7 @@ from small_parts import SHORT_BAR
 
 from gradedesign.design.case.read_case import load_case
 from gradedesign.design.check.check_case import check_case
+from gradedesign.design.resolve.fitting_part import part_of
 from gradedesign.errors import CaseError
 from gradedesign.geometry.formats.read_stl import read_stl
 from gradedesign.geometry.formats.write_stl import write_stl
@@ -18,7 +19,6 @@ from gradedesign.geometry.lattice.components.zone import Zones
 from gradedesign.geometry.lattice.domain import KEPT, grown, phase_at
 from gradedesign.geometry.lattice.solid_layers import solid_layers
 from gradedesign.geometry.part.box import box_surface
-from gradedesign.geometry.part.part import read_part
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.program.commands.check_data import kept_solids
 from gradedesign.program.host.registry import build_registry
@@ -69,7 +69,7 @@ def written(folder, keep, case=CASE):
 
 def domain_of(folder, keep, case=CASE):
     read = load_case(written(folder, keep, case))
-    part = read_part(read, READERS)
+    part = part_of(read, READERS)
     return read, part, design_domain(read, part)
 
 
@@ -184,7 +184,9 @@ def test_check_says_which_volume_sets_the_grid_and_draws_it(tmp_path):
     found = check_case(case, build_registry())
     assert "the passive solid 'plate', 0.4 mm" in found.run.grid.set_by
     known = found.resolved
-    (mark,) = (m for m in region_marks(case, known.part, known.domain) if m.role == "passive")
+    (mark,) = (
+        m for m in region_marks(case.load_case, known.part, known.domain) if m.role == "passive"
+    )
     assert mark.name == "plate"
     # 0.04 mm, a tenth of its thickness, below the faces.
     np.testing.assert_allclose(mark.corners.min(axis=(0, 1)), [0.04, 0.04, 0.04], atol=0.01)

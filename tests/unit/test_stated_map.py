@@ -7,13 +7,13 @@ from composed_domains import design_domain
 from small_parts import WALLS
 
 from gradedesign.design.case.read_case import load_case
+from gradedesign.design.resolve.fitting_part import part_of
 from gradedesign.design.resolve.stated_density import stated_density
 from gradedesign.design.resolve.stated_map import stated_map
 from gradedesign.errors import CaseError, DensityError, LatticeError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.lattice.placed_map import lattice_points
-from gradedesign.geometry.part.part import read_part
 from gradedesign.geometry.part.part_mesh import box_part_mesh
 from gradedesign.geometry.tets.tet_mesh import centroids
 
@@ -32,7 +32,7 @@ cell = "walls"
 def mapped(folder, text, family=WALLS):
     (folder / "case.toml").write_text(CASE + text)
     case = load_case(folder)
-    part = read_part(case, {})
+    part = part_of(case, {})
     domain = design_domain(case, part)
     calibration = calibrate(family)
     density = stated_density(

@@ -7,7 +7,7 @@ import pytest
 from small_parts import box_part, held_bar
 
 import gradedesign
-from gradedesign.program.store import stored_sizing as module
+from gradedesign.mechanics.sizing import stored_sizing as module
 
 CASE = (
     held_bar(box_part(30, 10, 10, 5), name="bar", load_case="down", force="0 N, 0 N, -1 N")

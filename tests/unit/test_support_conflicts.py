@@ -5,9 +5,9 @@ import pytest
 from small_parts import box_part, held_bar
 
 from gradedesign.design.case.read_case import load_case
+from gradedesign.design.resolve.fitting_part import part_of
 from gradedesign.design.resolve.support_conflicts import common_point, require_agreeing
 from gradedesign.errors import CaseError
-from gradedesign.geometry.part.part import read_part
 from gradedesign.geometry.part.regions import Region
 
 CASE = (
@@ -53,7 +53,7 @@ def case_with(folder, *supports):
     assert CASE.count(f"fix = [{ROOT}]") == 1
     (folder / "case.toml").write_text(CASE.replace(f"fix = [{ROOT}]", f"fix = [\n  {entries}\n]"))
     case = load_case(folder)
-    return case, read_part(case, {})
+    return case, part_of(case, {})
 
 
 def line(case, text):
@@ -76,7 +76,7 @@ CONTRADICTING = {
 def test_both_lines_are_named(tmp_path, supports):
     case, part = case_with(tmp_path, *supports)
     with pytest.raises(CaseError) as caught:
-        require_agreeing(case, part)
+        require_agreeing(case.load_case, part, case.where)
     message = str(caught.value)
     first, second = (line(case, f"  {s}{end}") for s, end in zip(supports, (",", ""), strict=True))
     assert message.startswith(f"case.toml:{second}: load_case[0].fix[1]: load case 'pull'")
@@ -100,7 +100,8 @@ AGREEING = {
 
 @pytest.mark.parametrize("supports", AGREEING.values(), ids=AGREEING)
 def test_supports_that_can_hold_together_pass(tmp_path, supports):
-    require_agreeing(*case_with(tmp_path, *supports))
+    case, part = case_with(tmp_path, *supports)
+    require_agreeing(case.load_case, part, case.where)
 
 
 @pytest.mark.parametrize("gap", [-1e-3, 1e-3])

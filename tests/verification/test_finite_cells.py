@@ -1,7 +1,6 @@
 """Finite cells against exact solutions. Every expected number is analytic."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -475,7 +474,8 @@ def test_a_design_is_analysed_with_its_measures():
         density=0.3,
     )
     judged = PrintedSolid(
-        case=SimpleNamespace(load_case=(case,), keep=(), run=SimpleNamespace(memory=8e9)),
+        load_cases=(case,),
+        memory=8e9,
         design=design,
         material=STEEL,
         regions=regions,

@@ -44,7 +44,7 @@ def test_a_file_of_half_the_section_moves_twice_as_far():
     )
     regions = box_regions(LOW, HIGH)
     solid = PrintedSolid(
-        case=case, design=design, material=STEEL,
+        load_cases=case.load_case, memory=8e9, design=design, material=STEEL,
         regions={name: regions[name] for name in ("x0", "x1")},
         support_zones=(zone_of(lambda p: p[0], 1.0),), stress_limit=50.0, percentile=99.0,
     )  # fmt: skip

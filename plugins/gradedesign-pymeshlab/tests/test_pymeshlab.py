@@ -10,9 +10,9 @@ import pytest
 import gradedesign_pymeshlab
 from gradedesign import PartError
 from gradedesign.design.case.read_case import load_case
+from gradedesign.design.resolve.fitting_part import part_of
 from gradedesign.design.resolve.part_repairer import part_repairer
 from gradedesign.geometry.formats.read_stl import read_stl
-from gradedesign.geometry.part.part import read_part
 from gradedesign.geometry.part.repair import build_surface
 from gradedesign.program.commands import main
 from gradedesign.program.host.registry import build_registry
@@ -86,7 +86,8 @@ def read(folder, corners, options=""):
         f'repair_options = {{{options}}}\n[lattice]\ncell = "walls"\nsize = "8 mm"\ndensity = 0.3\n'
     )
     case = load_case(folder / "case.toml")
-    return read_part(case, {".stl": read_stl}, part_repairer(case, REGISTRY))
+    mend = part_repairer(case.part, case.run, REGISTRY, case.where)
+    return part_of(case, {".stl": read_stl}, mend)
 
 
 @needs_meshlab

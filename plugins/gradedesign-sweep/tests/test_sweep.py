@@ -89,8 +89,8 @@ def stand_in(monkeypatch):
 
     def run(case, registry, *, folder, resume):
         assert resume
-        with open_stages(folder, case, resume=True, overwrite=False) as out:
-            done = finished_result(out, case)
+        with open_stages(folder, case.case_hash, resume=True, overwrite=False) as out:
+            done = finished_result(out, case.run)
             assert done is None, "a finished design was run again"
             ran.append((case.lattice.cell, *case.lattice.size))
             with recording_failure(out, case, registry, dict):

@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from gradedesign.design.resolve.part_readers import part_readers
+from gradedesign.design.resolve.fitting_part import installed_part
 from gradedesign.errors import CaseError, GradeDesignError, PartError, ResourceError
-from gradedesign.geometry.part.part import read_part
 from gradedesign.geometry.part.reader import FileRequest
 from gradedesign.program.host.read_case import load_case
 from gradedesign.program.host.registry import build_registry
@@ -69,7 +68,7 @@ def asked(units=None, **stated):
 def part_of(folder, name, part):
     (folder / "case.toml").write_text(CASE.format(file=name, part=part), encoding="utf-8")
     case = load_case(folder / "case.toml")
-    return case, read_part(case, part_readers(case, build_registry()))
+    return case, installed_part(case, build_registry())
 
 
 def put(folder, kind):

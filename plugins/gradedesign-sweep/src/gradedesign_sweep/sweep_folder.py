@@ -132,8 +132,8 @@ def is_finished(design: Design, design_folder: Path) -> bool:
     if not (folder / RESULT_NAME).is_file():
         return False
     try:
-        with open_stages(folder, design.case, resume=True, overwrite=False) as out:
-            return finished_result(out, design.case) is not None
+        with open_stages(folder, design.case.case_hash, resume=True, overwrite=False) as out:
+            return finished_result(out, design.case.run) is not None
     except CaseError as error:
         # Damaged, or in use by a process that is about to end: its run will tell.
         log.info("%s: %s", folder, error)

@@ -9,8 +9,15 @@ from gradedesign.common.values.value_types import Choice, JsonSchema, Refused
 
 _SIGNED = ("+x", "-x", "+y", "-y", "+z", "-z")
 _AXES = ("x", "y", "z")
-
-
+#: Axes of the machine, x, y and the build direction, in those of the part; each is a rotation.
+FRAMES = {
+    "+z": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    "-z": ((1, 0, 0), (0, -1, 0), (0, 0, -1)),
+    "+x": ((0, 1, 0), (0, 0, 1), (1, 0, 0)),
+    "-x": ((0, 0, 1), (0, 1, 0), (-1, 0, 0)),
+    "+y": ((0, 0, 1), (1, 0, 0), (0, 1, 0)),
+    "-y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
+}
 #: Words for the directions of a part that stands upright.
 _UPRIGHT = {"up": "+z", "top": "+z", "upwards": "+z", "down": "-z", "bottom": "-z"}
 

@@ -20,7 +20,6 @@ from gradedesign.design.acceptance.submodel_choice import (
     enlarged_submodel,
     most_stressed_submodels,
 )
-from gradedesign.design.case.schema import Case
 from gradedesign.errors import MeshError, ResourceError, SolverError
 from gradedesign.geometry.contour.islands import largest_components
 from gradedesign.geometry.lattice.domain import LATTICE
@@ -32,6 +31,7 @@ from gradedesign.mechanics.explicit.neighbourhoods import neighbourhood_cells
 from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
 from gradedesign.mechanics.explicit.support_zones import evaluated_at
 from gradedesign.mechanics.explicit.tets import solve_tets
+from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
 
 #: Tetrahedra per second that pytetwild makes on lattice surfaces, measured 360 to 1200.
 TETWILD_RATE = 400.0
@@ -154,6 +154,7 @@ def accept_submodels(
     solid: PrintedSolid,
     explicit: ExplicitResult,
     *,
+    count: int,
     size: float,
     time_limit_s: float,
     on_submodel: Callable[[SubmodelResult], None] | None = None,
@@ -170,6 +171,8 @@ def accept_submodels(
     solid : PrintedSolid
     explicit : ExplicitResult
         Chooses the submodels and drives them.
+    count : int
+        Submodels at most.
     size : float, mm
         Surface size of their meshes.
     time_limit_s : float, s
@@ -182,9 +185,9 @@ def accept_submodels(
     NoSubmodelError
         If no submodel can be chosen.
     """
-    avoid = [solid.regions[name].corners for name in sorted(held_and_loaded(solid.case))]
+    avoid = [solid.regions[name].corners for name in sorted(_held_and_loaded(solid.load_cases))]
     report_step("choosing the most stressed cells")
-    submodels = _chosen_submodels(solid, explicit, avoid)
+    submodels = _chosen_submodels(solid, explicit, count, avoid)
     results, refused, left_out = [], list[str](), 0
     for submodel in counted(submodels, "submodel", len(submodels)):
 
@@ -226,7 +229,7 @@ def accept_submodels(
 
 
 def _chosen_submodels(
-    solid: PrintedSolid, explicit: ExplicitResult, avoid: Sequence[FloatArray]
+    solid: PrintedSolid, explicit: ExplicitResult, count: int, avoid: Sequence[FloatArray]
 ) -> tuple[Submodel, ...]:
     """The most stressed cells with room for a buffer around them."""
     for buffer in BUFFERS:
@@ -237,7 +240,7 @@ def _chosen_submodels(
             eligible_lattice(solid, explicit),
             percentile=solid.percentile,
             cells=neighbourhood_cells(solid.design),
-            count=solid.case.run.submodel_count,
+            count=count,
             room=Room(avoid=avoid, buffer=buffer),
         )
         if submodels:
@@ -253,10 +256,10 @@ def _place(submodel: Submodel) -> tuple[float, ...]:
     return tuple(round(c, 1) for c in submodel.centre)
 
 
-def held_and_loaded(case: Case) -> set[str]:
+def _held_and_loaded(load_cases: Sequence[LoadCaseSpec]) -> set[str]:
     """Regions that supports or loads act on."""
-    supported = {f.region for spec in case.load_case for f in spec.fix}
-    return supported | {s.region for spec in case.load_case for s in spec.load}
+    supported = {fix.region for spec in load_cases for fix in spec.fix}
+    return supported | {load.region for spec in load_cases for load in spec.load}
 
 
 def eligible_lattice(solid: PrintedSolid, explicit: ExplicitResult) -> BoolArray:

@@ -11,13 +11,11 @@ from gradedesign.arrays import FloatArray
 from gradedesign.design.acceptance.body import Body, measure_body
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
 from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree, distance_within
+from gradedesign.mechanics.explicit.finite_cell_fields import CONTOUR_TOLERANCE
 
 #: Volumes that differ by more are a warning: stiffness goes at least with volume. Chosen, not
 #: measured.
 VOLUME_WARNING = 0.02
-#: Volume of the analysed surface over that of the elements, less one, from which the surface is too
-#: coarse to stand for them: walls thinner than its grid are missing in it. Chosen, not measured.
-CONTOUR_TOLERANCE = 0.05
 #: Largest distance over the element size of the analysis beyond which something is missing, not
 #: merely rounded: acute rims of gyroid sheets lay 1.3 and 1.7 elements apart (a short bar, mini).
 DISTANCE_WARNING = 2.5

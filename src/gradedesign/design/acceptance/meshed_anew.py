@@ -80,7 +80,7 @@ def mesh_anew(
     surface : SurfaceMesh
         Read back from the exported file.
     solid : PrintedSolid
-        Its mesher, and the memory of its case.
+        Its mesher and memory.
     size : float, mm
         Surface size of the explicit analysis: sets edge length and envelope.
     time_limit_s : float, s
@@ -125,6 +125,6 @@ def _meshed(
         edge_length=EDGE_PER_SPACING * size,
         epsilon=ENVELOPE * size,
         time_limit_s=time_limit_s,
-        memory_limit_bytes=solid.case.run.memory,
+        memory_limit_bytes=solid.memory,
         mesher=solid.mesher,
     )

@@ -20,7 +20,6 @@ from gradedesign.design.acceptance.submodel_choice import (
     inside_evaluation_box,
     submodel_box,
 )
-from gradedesign.design.case.schema import Case
 from gradedesign.errors import MeshError
 from gradedesign.geometry.tets.quality import piece_labels
 from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_facets
@@ -141,7 +140,7 @@ def analyse_submodel(
     space = tet_space(mesh, 2)
     supports = _driven_supports(space, driving, name, box, spacing)
     stiffness = solid_stiffness(space, material)
-    warming = temperature_change(solid.case, name)
+    warming = next(load.temperature_change for load in solid.load_cases if load.name == name)
     force = thermal_force(space, stiffness, material.thermal_expansion, warming)
     solution = solve_elastic(
         space,
@@ -174,11 +173,6 @@ def analyse_submodel(
         attempts=meshed.attempts,
         seconds=meshed.seconds,
     )
-
-
-def temperature_change(case: Case, load_case: str) -> float:
-    """Warming of a load case, K."""
-    return next(load.temperature_change for load in case.load_case if load.name == load_case)
 
 
 def energy_density(sample: StressSample, material: Material) -> FloatArray:

@@ -128,6 +128,11 @@ class RunSpec(Table):
     explicit_mesh_size: Size | None = Field(default=None, examples=["0.3 mm"])
     """Grid spacing of the explicit mesh in mm, instead of ``elements_per_wall``."""
 
+    @property
+    def states_resolution(self) -> bool:
+        """Whether it says how fine the explicit grid is."""
+        return self.elements_per_wall is not None or self.explicit_mesh_size is not None
+
 
 class OutputSpec(Table):
     """Files to write; pictures always are."""

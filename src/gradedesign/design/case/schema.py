@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import GenericAlias
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 from pydantic import Field, SerializeAsAny, create_model
 
@@ -98,6 +98,15 @@ class CaseFile(Table):
     output: OutputSpec = Field(default_factory=OutputSpec)
 
 
+class CaseName(NamedTuple):
+    """By which a result and its files are told from those of other cases."""
+
+    name: str
+    """Shown in the report."""
+    hash: str
+    """See `Case.case_hash`."""
+
+
 class Case(Table):
     """A case as read: the tables of its file, where it lies, and its identity."""
 
@@ -127,13 +136,15 @@ class Case(Table):
     lines: dict[str, int] = Field(default_factory=dict, repr=False)
     """Line of every key of the file, by dotted path such as ``load_case[0].load[1].force``."""
 
-    aliases: dict[str, str] = Field(default_factory=dict, repr=False)
-    """Keys of the file that stand for others: a zone's for those of ``[lattice]``."""
+    @property
+    def named(self) -> CaseName:
+        """Its name and hash."""
+        return CaseName(self.name, self.case_hash)
 
     @property
     def where(self) -> Where:
         """Where its keys stand in the file."""
-        return Where(file=self.path.name, lines=self.lines, aliases=self.aliases, layout=type(self))
+        return Where(file=self.path.name, lines=self.lines, layout=type(self))
 
 
 #: What a case needs beside its required tables, in a schema: those of an analysis, unless the

@@ -124,14 +124,16 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
     for zone in stated_zones(resolved):
         if zone.law.known is not None:
             remarks += resolve_law(
-                zone.case,
+                zone.lattice,
+                case.limits,
                 registry,
                 zone.cell,
+                zone.where,
                 poissons_ratio=resolved.material.poissons_ratio,
             )[1]
     inside = inner_points(resolved.domain)
     thickness = part_thickness(resolved, inside)
-    planes = symmetry_planes(case, resolved.part)
+    planes = symmetry_planes(case.load_case, resolved.part, case.where)
     unjudged = Unjudged(
         around=exclusion_words(resolved.support_zones),
         part=1.0 - judged_share(resolved.support_zones, inside),
@@ -151,7 +153,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
     remarks += [
         *periodic_warnings(case, resolved.part, resolved.layout, periodic),
         *_left_out(resolved, unjudged),
-        *symmetry_warnings(case, resolved.part, resolved.cell, resolved.layout),
+        *symmetry_warnings(planes, case.lattice.skin, resolved.cell, resolved.layout),
         *budget_warnings(resolved, run),
     ]
     return CaseCheck(

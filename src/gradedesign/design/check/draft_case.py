@@ -13,9 +13,10 @@ import numpy as np
 from pydantic import ValidationError
 
 from gradedesign.arrays import FloatArray
+from gradedesign.common.values.locate import Where
 from gradedesign.common.values.toml_text import toml_value
-from gradedesign.design.case.run_schema import OutputSpec, RunSpec
-from gradedesign.design.case.schema import Case, RegionSpec
+from gradedesign.design.case.run_schema import RunSpec
+from gradedesign.design.case.schema import RegionSpec
 from gradedesign.design.resolve.part_readers import part_readers
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.errors import CaseError
@@ -107,8 +108,8 @@ def draft_case(
         stated["repair"] = "auto"
     if bodies != "one":
         stated["bodies"] = bodies
-    identity = _identity(path, stated)
-    readers = part_readers(identity, registry)
+    shape = _shape(path, stated)
+    readers = part_readers(shape, RunSpec().memory, registry)
     suffix = path.suffix.lower()
     for reader in registry.readers.values():
         if reader.key and suffix in reader.suffixes:
@@ -124,7 +125,7 @@ def draft_case(
                 f"{path.name} carries no unit, and its box is {box} of them; state one of "
                 + ", ".join(f'units="{unit}"' for unit in UNITS)
             )
-    part = read_part(identity, readers)
+    part = read_part(shape, {}, readers, Where(file=path.name))
     groups = round_shapes(part.surface, part.faces)
     regions: dict[str, Region] = {}
     lines: dict[str, str] = {}
@@ -151,6 +152,12 @@ def draft_case(
         others=tuple(g for g in groups if not (g.kind in _HOLLOW and _hole_name(g) in lines)),
         cell_size=float(f"{2.0 * part.volume / area:.2g}"),
     )
+
+
+def _shape(path: Path, stated: Mapping[str, str]) -> PartSpec:
+    """``[part]`` of the draft: the part is copied beside its case, wherever a link leads."""
+    context = {"folder": path.absolute().parent, "allow_outside": True}
+    return PartSpec.model_validate({"file": path.name, **stated}, context=context)
 
 
 def draft_text(draft: DraftCase, name: str, file_name: str) -> str:
@@ -198,25 +205,6 @@ safety_factor = "?"  # a number, on the yield strength
 cell = "?"  # gradedesign cells lists them
 size = "{draft.cell_size:g} mm"  # half of the part's mean thickness
 """
-
-
-def _identity(path: Path, stated: Mapping[str, str]) -> Case:
-    """Identity of a case that has only a part."""
-    # The part is copied beside its case, wherever a link leads.
-    context = {"folder": path.absolute().parent, "allow_outside": True}
-    return Case.model_construct(
-        name=path.stem,
-        path=path,
-        folder=path.absolute().parent,
-        part=PartSpec.model_validate({"file": path.name, **stated}, context=context),
-        region={},
-        keep=(),
-        print=None,
-        run=RunSpec(),
-        output=OutputSpec(),
-        lines={},
-        aliases={},
-    )
 
 
 def _holes(groups: tuple[RoundShapes, ...]) -> Iterator[tuple[str, dict[str, Any]]]:

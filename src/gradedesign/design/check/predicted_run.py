@@ -127,12 +127,19 @@ def predicted_run(resolved: ResolvedCase, inside: int) -> PredictedRun:
         cell_surface(resolved.cell, density, resolved.layout.typical),
     )
     walls = grid.spacing
-    fine = small_solid_spacing(able.analysis, planned, walls, case.run)
+    stated = case.run.states_resolution
+    fine = small_solid_spacing(able.analysis, planned, walls, stated=stated)
     if fine < grid.spacing:
         grid = replace(grid, spacing=fine, set_by=f"{grid.set_by}, and finer: the solid is small")
     size = able.analysis.estimate(planned, grid.spacing) if explicit else NO_ANALYSIS
     work = _work(resolved, able, planned, density, (walls, grid.spacing), size)
-    doubts = require_solver_takes(case, resolved.solver, work)
+    doubts = require_solver_takes(
+        resolved.solver,
+        work,
+        case.run.submodel_count,
+        case.where,
+        bricks=case.part.bricks is not None,
+    )
     return PredictedRun(
         density=density,
         lattice_share=share,
@@ -160,7 +167,7 @@ def _work(
         first_spacing(able.analysis, spacing, stated.cell) for stated in stated_zones(resolved)
     )
     return RunWork(
-        part_dofs=predicted_part_dofs(case, resolved.part),
+        part_dofs=predicted_part_dofs(case.part, resolved.part),
         load_cases=len(case.load_case),
         adjoint_solves=sum(limit.by_gradient for limit in resolved.limits),
         explicit_dofs=size.unknowns,

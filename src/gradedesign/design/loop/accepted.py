@@ -26,7 +26,7 @@ from gradedesign.design.loop.accepted_rows import (
 )
 from gradedesign.design.loop.analysed import Analysed
 from gradedesign.design.loop.announce import Announcer
-from gradedesign.design.loop.exported_surface import export_surface
+from gradedesign.design.loop.exported_surface import WrittenBack, export_surface
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.printed_stage import printed_stage
 from gradedesign.design.resolve.setup import Setup
@@ -44,7 +44,6 @@ from gradedesign.mechanics.limits.verdict import (
     learned_factors,
     worst_utilisation,
 )
-from gradedesign.program.store.run_folder import RunFolder
 
 #: Utilisation of stress from which submodels give the next design a useful factor. Chosen, not
 #: measured.
@@ -107,7 +106,7 @@ class Accepted:
 
 def accept_design(
     setup: Setup,
-    out: RunFolder,
+    written_back: WrittenBack,
     iteration: DesignIteration,
     analysed: Analysed,
     announce: Announcer,
@@ -120,7 +119,7 @@ def accept_design(
     nothing, and postponed where stress is far from its limit and a lighter design is looked for. A
     limit that has no band does not hold.
     """
-    surface, islands, digest = export_surface(setup, out, analysed)
+    surface, islands, digest = export_surface(setup, written_back, analysed)
     began = time.perf_counter()
     stage = printed_stage(setup, surface, analysed, iteration.rho, announce.listener)
     whole = judge_whole(setup.problem.limits, stage)
@@ -234,6 +233,7 @@ def _body_fitted(
             surface,
             analysed.solid,
             whole.result,
+            count=run.submodel_count,
             size=size,
             time_limit_s=clock.seconds if by_submodels else clock.remaining(),
             on_submodel=announce.submodel,

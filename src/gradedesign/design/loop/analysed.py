@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import inf
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.system.progress import Event, Listener, ignore
 from gradedesign.design.loop.graded_cells import with_cells
 from gradedesign.design.loop.iteration_steps import (
     build_design,
     density_grid,
     explicit_spacing,
-    printed_solid,
 )
 from gradedesign.design.loop.planned_design import planned_design
+from gradedesign.design.resolve.problem import Problem
 from gradedesign.design.resolve.setup import Setup
 from gradedesign.design.resolve.wall_grading import wall_grading
 from gradedesign.geometry.lattice.cell_layout import CellLayout
@@ -24,6 +24,7 @@ from gradedesign.mechanics.explicit.explicit import ExplicitResult, analyse_prin
 from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS
 from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
 from gradedesign.mechanics.explicit.small_solid import small_solid_spacing
+from gradedesign.mechanics.limits.local_stress import allowed_stress
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -82,7 +83,10 @@ def analyse_cells(
     else:
         follows = explicit_spacing(problem, cells, grid)
         fine = small_solid_spacing(
-            problem.analysis, planned_design(setup, rho), follows, problem.case.run
+            problem.analysis,
+            planned_design(setup, rho),
+            follows,
+            stated=problem.case.run.states_resolution,
         )
         resolution = Resolution(
             spacing=min(fine, at_most), coarsest=follows * problem.analysis.coarsest
@@ -102,4 +106,25 @@ def analyse_cells(
         result=result,
         layout=cells.layout,
         remeshed_size=SURFACE_PER_ELEMENT * max(follows, result.mesh_size),
+    )
+
+
+def printed_solid(
+    problem: Problem, design: LatticeDesign, grading: Field | None = None
+) -> PrintedSolid:
+    """A design with the loads, supports and limits of its case."""
+    case = problem.case
+    regions = {name: problem.part.regions[name] for name in problem.facets}
+    return PrintedSolid(
+        load_cases=case.load_case,
+        memory=case.run.memory,
+        design=design,
+        material=problem.material,
+        regions=regions,
+        support_zones=problem.support_zones,
+        stress_limit=allowed_stress(case.limits, problem.material),
+        percentile=case.limits.percentile,
+        solver=problem.solver,
+        mesher=problem.mesher,
+        grading=grading,
     )

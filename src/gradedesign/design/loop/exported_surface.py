@@ -2,30 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TypeAlias
+
 import numpy as np
 
 from gradedesign.common.system.progress import report_step
 from gradedesign.design.loop.analysed import Analysed
-from gradedesign.design.resolve.lattice_files import STL_NAME, chord_tolerance, write_printed
-from gradedesign.design.resolve.outer_triangles import keeps_outer
+from gradedesign.design.resolve.lattice_files import chord_tolerance
+from gradedesign.design.resolve.outer_triangles import keeps_outer, outer_records
 from gradedesign.design.resolve.setup import Setup
 from gradedesign.errors import LatticeError
 from gradedesign.geometry.contour.islands import Islands
 from gradedesign.geometry.contour.surface import require_closed
-from gradedesign.geometry.formats.write_stl import surface_of_stl
 from gradedesign.geometry.lattice.printed_surface import printed_surface
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
-from gradedesign.program.store.run_folder import RunFolder
 
 #: Grid of the exported surface over the surface size of the explicit analysis. Chosen, not
 #: measured.
 SURFACE_PER_SPACING = 0.5
 
+#: Writes a surface as STL, with triangles of the part as a file holds them; returns it as read
+#: back, and the SHA-256 of the file.
+WrittenBack: TypeAlias = Callable[[SurfaceMesh, bytes], tuple[SurfaceMesh, str]]
+
 
 def export_surface(
-    setup: Setup, out: RunFolder, analysed: Analysed
+    setup: Setup, written_back: WrittenBack, analysed: Analysed
 ) -> tuple[SurfaceMesh, Islands, str]:
-    """Extract the surface, drop islands, write the STL file and read it back.
+    """Extract the surface, drop islands, have it written as STL and read back.
 
     Returns
     -------
@@ -47,13 +52,16 @@ def export_surface(
     size = analysed.result.solved.division.surface_size
     step = SURFACE_PER_SPACING * size
     case, part = problem.case, problem.part.surface
-    memory, outer = case.run.memory, keeps_outer(case)
     surface, islands, _ = printed_surface(
-        design, part, step, chord_tolerance(case), memory=memory, keep_outer=outer
+        design,
+        part,
+        step,
+        chord_tolerance(case.print),
+        memory=case.run.memory,
+        keep_outer=keeps_outer(case.print),
     )
     report_step("writing and reading back the surface")
-    digest = write_printed(out, case, part, surface)
-    back = surface_of_stl(out.read_bytes(STL_NAME), STL_NAME)
+    back, digest = written_back(surface, outer_records(case.print, case.part.file, part))
     volume, meshed = require_closed(back), analysed.result.volume
     if not np.isclose(volume, meshed, rtol=0.05):
         raise LatticeError(

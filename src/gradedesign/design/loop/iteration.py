@@ -12,6 +12,7 @@ from gradedesign.common.system.progress import Event, Listener, ignore, report_s
 from gradedesign.design.loop.analysed import Analysed, analyse_cells
 from gradedesign.design.loop.design_between import Between, design_between
 from gradedesign.design.loop.graded_cells import with_cells
+from gradedesign.design.loop.iteration_row import Iteration, LimitIteration
 from gradedesign.design.loop.iteration_steps import (
     FIRST_SIZING_ITERATIONS,
     TARGET,
@@ -23,7 +24,6 @@ from gradedesign.design.loop.iteration_steps import (
 from gradedesign.design.loop.lesson import Lesson, Prior, learn
 from gradedesign.design.resolve.cell_choice import element_bounds
 from gradedesign.design.resolve.setup import Setup
-from gradedesign.design.verdict.result import Iteration, LimitIteration
 from gradedesign.mechanics.explicit.correction import (
     Correction,
     Discrepancy,

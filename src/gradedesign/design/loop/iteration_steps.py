@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gradedesign.arrays import Field, FloatArray
+from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import report_step
 from gradedesign.design.resolve.analysable import grid_spacing
 from gradedesign.design.resolve.cell_choice import CellChoice
@@ -22,7 +22,6 @@ from gradedesign.geometry.lattice.density_grid import DensityGrid, density_grid_
 from gradedesign.geometry.lattice.lattice import LatticeDesign
 from gradedesign.geometry.tets.tet_mesh import centroids
 from gradedesign.mechanics.explicit.correction import Correction, energy_weighted_density
-from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
 from gradedesign.mechanics.fe.assembly import strain_energy_per_element
 from gradedesign.mechanics.fe.elastic_system import ElasticSystem
 from gradedesign.mechanics.limits.key import LimitKey
@@ -41,8 +40,8 @@ from gradedesign.mechanics.sizing.lattice_stiffness import (
 from gradedesign.mechanics.sizing.responses import solve_adjoints
 from gradedesign.mechanics.sizing.size import SizingProblem, SizingResult, SizingStep
 from gradedesign.mechanics.sizing.state import SolvedState, solved_state
+from gradedesign.mechanics.sizing.stored_sizing import stored_sizing
 from gradedesign.mechanics.sizing.stress_to_density import size_by_stress
-from gradedesign.program.store.stored_sizing import stored_sizing
 
 #: Sizing aims a little below each limit, so that a small discrepancy does not break it.
 TARGET = 0.985
@@ -55,6 +54,8 @@ FIRST_SIZING_ITERATIONS = (10, 20)
 TUNING_SIZING_ITERATIONS = 8
 #: The density grid resolves a cell by this many nodes. Chosen, not measured.
 NODES_PER_CELL = 4
+#: Tables of a case on which a sizing depends.
+SIZED_BY = {"material", "keep", "load_case", "limits", "lattice", "zone", "print", "region"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -159,10 +160,16 @@ def size_design(
             start=None if plan.start is None else float(plan.start[0]),
             max_iterations=plan.most_iterations, on_step=on_step,
         )  # fmt: skip
+    cell = setup.cells.cell
+    stated = (
+        case.model_dump_json(include=SIZED_BY),
+        case.part.element_size,
+        cell.name,
+        repr(sorted(cell.parameters.items())),
+    )
     return stored_sizing(
-        case,
-        setup.cells.cell,
         sizing,
+        stated,
         start=plan.start,
         max_iterations=plan.most_iterations,
         keep=plan.keep,
@@ -202,25 +209,6 @@ def build_design(problem: Problem, cells: CellChoice, grid: DensityGrid) -> Latt
         cell_map=cells.layout.cell_map,
         cell_size=cells.layout.typical,
         density=grid,
-    )
-
-
-def printed_solid(
-    problem: Problem, design: LatticeDesign, grading: Field | None = None
-) -> PrintedSolid:
-    """A design with the loads, supports and limits of its case."""
-    regions = {name: problem.part.regions[name] for name in problem.facets}
-    return PrintedSolid(
-        case=problem.case,
-        design=design,
-        material=problem.material,
-        regions=regions,
-        support_zones=problem.support_zones,
-        stress_limit=allowed_stress(problem.case.limits, problem.material),
-        percentile=problem.case.limits.percentile,
-        solver=problem.solver,
-        mesher=problem.mesher,
-        grading=grading,
     )
 
 

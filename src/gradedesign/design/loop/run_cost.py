@@ -65,7 +65,13 @@ class RunCost:
         """
         self.work = run_work(setup, solid)
         problem = setup.problem
-        require_solver_takes(problem.case, problem.solver, self.work)
+        require_solver_takes(
+            problem.solver,
+            self.work,
+            self.budget.submodel_count,
+            problem.case.where,
+            bricks=problem.case.part.bricks is not None,
+        )
         self.before = predict_cost(self.work)
         announce.cost(self.before, self.budget)
 

@@ -97,7 +97,8 @@ def predicted_spacings(setup: Setup, density: float, planned: PlannedSolid) -> t
         wall = case.lattice.wall or float(wall_mm(cell, thinnest, least))
         elements.append(wall / per_wall)
     follows = explicit_spacing_for(problem, min(elements))
-    fine = small_solid_spacing(problem.analysis, planned, follows, case.run)
+    stated = case.run.states_resolution
+    fine = small_solid_spacing(problem.analysis, planned, follows, stated=stated)
     fitted = problem.analysis.fitted_spacing(planned, fine, case.run.memory)
     return max(follows, fitted), fitted
 

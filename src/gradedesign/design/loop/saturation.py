@@ -161,7 +161,7 @@ def sentence(setup: Setup, row: LimitRow, gain: float) -> str:
     if window > upper * (1 + AT_BOUND):
         helps.insert(0, f"[lattice] density up to {window:.3g}")
     problem, size = setup.problem, setup.cells.layout.typical
-    if row.key.region in open_regions(problem.case, problem.part, problem.domain, size):
+    if row.key.region in open_regions(problem.case.load_case, problem.part, problem.domain, size):
         helps.insert(0, plate_key(row.key.region, size))
     why = (
         f"every density that matters for it stands at the upper bound of {upper:.3g}"

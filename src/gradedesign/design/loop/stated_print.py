@@ -112,9 +112,9 @@ def _with_surface(stated: StatedLattice) -> StatedPrint:
         design,
         part,
         first_step(size, stated.wall),
-        chord_tolerance(case),
+        chord_tolerance(case.print),
         memory=case.run.memory,
-        keep_outer=keeps_outer(case),
+        keep_outer=keeps_outer(case.print),
     )
     field = lattice_field(design, band=3 * step, single=True)
     thickness = max(size, design.cell_size)
@@ -126,7 +126,9 @@ def _with_surface(stated: StatedLattice) -> StatedPrint:
     report_step("thickness of the printed solid")
     measured = wall_thickness(surface)
     return StatedPrint(
-        lattice=printed_lattice(case, part, surface, design, stated.material),
+        lattice=printed_lattice(
+            case.named, case.print, surface, design, stated.material, part=part, file=case.part.file
+        ),
         slabs=slabs,
         volume=enclosed_volume(surface),
         dropped=islands.dropped,
@@ -135,7 +137,7 @@ def _with_surface(stated: StatedLattice) -> StatedPrint:
         surface=SurfaceMeasures(
             islands=islands,
             thickness=measured,
-            printability=check_printed(case, part, surface, measured),
+            printability=check_printed(case.print, part, surface, measured),
         ),
         made_of=f"{len(surface.faces)} triangles at a grid of {step:.3g} mm",
     )
@@ -160,9 +162,11 @@ def _layers_alone(stated: StatedLattice) -> bool:
 
 def _in_layers(stated: StatedLattice) -> StatedPrint:
     """Layers of a lattice and its densities, without contouring its surface."""
-    design, part, material = stated.design, stated.part, stated.material
+    case, design, part, material = stated.case, stated.design, stated.part, stated.material
     nothing = SurfaceMesh(vertices=np.zeros((0, 3)), faces=np.zeros((0, 3), dtype=np.int64))
-    lattice = printed_lattice(stated.case, part.surface, nothing, design, material)
+    lattice = printed_lattice(
+        case.named, case.print, nothing, design, material, part=part.surface, file=case.part.file
+    )
     pixel = lattice.pixel_size or lattice.layer_height
     exporter = next(file.exporter for file in stated.formats if file.exporter.sample is not None)
     if exporter.fields is None or pixel is None:
@@ -173,7 +177,7 @@ def _in_layers(stated: StatedLattice) -> StatedPrint:
     layers = _sampled(lattice, stated.formats)
     volume = layers.printed_volume
     mass = None if material is None else volume * material.density * 1e6
-    thickness = max(stated.case.lattice.cell_size, design.cell_size)
+    thickness = max(case.lattice.cell_size, design.cell_size)
     return StatedPrint(
         lattice=replace(lattice, sampled=layers, mass_g=mass),
         slabs=layered_density(

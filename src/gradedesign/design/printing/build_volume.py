@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from gradedesign.common.values.locate import locating
-from gradedesign.design.case.schema import Case
-from gradedesign.design.printing.print_schema import FRAMES
+from gradedesign.common.values.direction import FRAMES
+from gradedesign.common.values.locate import Where, locating
+from gradedesign.design.printing.print_schema import PrintSpec
 from gradedesign.errors import CaseError
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 
-def require_fits(case: Case, surface: SurfaceMesh) -> None:
+def require_fits(spec: PrintSpec | None, surface: SurfaceMesh, where: Where) -> None:
     """Refuse a part that is larger than ``[print] build_volume`` in its build direction.
 
     Raises
@@ -19,21 +19,21 @@ def require_fits(case: Case, surface: SurfaceMesh) -> None:
     CaseError
         With the extents of the part and the directions in which it would fit.
     """
-    if case.print is None or case.print.build_volume is None:
+    if spec is None or spec.build_volume is None:
         return
-    room = np.array(case.print.build_volume)
+    room = np.array(spec.build_volume)
     extents = {
         name: np.ptp(surface.vertices @ np.array(frame, dtype=np.float64).T, axis=0)
         for name, frame in FRAMES.items()
     }
-    size = extents[case.print.build_direction]
+    size = extents[spec.build_direction]
     if (size <= room).all():
         return
     fitting = [name for name, extent in extents.items() if (extent <= room).all()]
     advice = f"take build_direction {', '.join(fitting)}" if fitting else "no direction fits"
-    with locating(case.where, "print.build_volume"):
+    with locating(where, "print.build_volume"):
         raise CaseError(
             f"found a part of {' x '.join(f'{s:g}' for s in size)} mm, built towards "
-            f"{case.print.build_direction}, in {' x '.join(f'{s:g}' for s in room)} mm; expected "
+            f"{spec.build_direction}, in {' x '.join(f'{s:g}' for s in room)} mm; expected "
             f"one that fits: {advice}"
         )

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gradedesign.common.values.locate import locating
-from gradedesign.design.case.schema import Case
+from gradedesign.common.values.locate import Where, locating
 from gradedesign.design.printing.print_schema import PrintSpec
 from gradedesign.design.printing.printability import (
     MOST_VOXELS,
@@ -44,23 +43,25 @@ _HELPS = {
 }
 
 
-def require_voxels_fit(case: Case, part: SurfaceMesh) -> None:
-    """Refuse throats that no grid resolves within the memory, before anything is made.
+def require_voxels_fit(
+    spec: PrintSpec | None, part: SurfaceMesh, memory: int, where: Where
+) -> None:
+    """Refuse throats that no grid resolves within the memory, bytes, before anything is made.
 
     Raises
     ------
     ResourceError
         With what it takes.
     """
-    if case.print is None:
+    if spec is None:
         return
     extent = np.ptp(part.vertices, axis=0)
-    step, _, need = grid_step(case.print, extent)
-    most = min(_MEMORY_SHARE * case.run.memory, MOST_VOXELS * BYTES_PER_VOXEL)
+    step, _, need = grid_step(spec, extent)
+    most = min(_MEMORY_SHARE * memory, MOST_VOXELS * BYTES_PER_VOXEL)
     if need <= most:
         return
-    key = "min_throat" if case.print.min_throat is not None else "limits.pore_throat"
-    with locating(case.where, f"print.{key}"):
+    key = "min_throat" if spec.min_throat is not None else "limits.pore_throat"
+    with locating(where, f"print.{key}"):
         raise ResourceError(
             f"a grid of {step:.3g} mm, an eighth of the throat, on a part of "
             f"{' x '.join(f'{e:.4g}' for e in extent)} mm takes {need / 1e9:.3g} GB; found half of "
@@ -69,19 +70,19 @@ def require_voxels_fit(case: Case, part: SurfaceMesh) -> None:
 
 
 def check_printed(
-    case: Case, part: SurfaceMesh, surface: SurfaceMesh, thickness: WallThickness
+    spec: PrintSpec | None, part: SurfaceMesh, surface: SurfaceMesh, thickness: WallThickness
 ) -> Printability | None:
     """Measure the printed solid where the case has ``[print]``; else None."""
-    if case.print is None:
+    if spec is None:
         return None
-    return measure_printability(surface, part, case.print, thickness)
+    return measure_printability(surface, part, spec, thickness)
 
 
-def print_rows(case: Case, printability: Printability | None) -> tuple[LimitRow, ...]:
+def print_rows(spec: PrintSpec | None, printability: Printability | None) -> tuple[LimitRow, ...]:
     """Every limit of ``[print.limits]`` beside its value; of throats where there are voids."""
-    if printability is None or case.print is None:
+    if printability is None or spec is None:
         return ()
-    voids, hanging, limits = printability.voids, printability.overhang, case.print.limits
+    voids, hanging, limits = printability.voids, printability.overhang, spec.limits
     feathers = printability.feathers
     angle = f"surface inclined to the plate by less than {hanging.angle:g} deg, but on it"
     grid = f"the printed solid in voxels of {voids.step_mm:.3g} mm"
@@ -146,12 +147,11 @@ def broken_words(rows: Sequence[LimitRow]) -> str:
 
 
 def print_warnings(
-    case: Case, printability: Printability | None, material: Material | None
+    spec: PrintSpec | None, printability: Printability | None, material: Material | None
 ) -> tuple[str, ...]:
     """Warnings on the printed solid that no limit of the case covers, and its growth as built."""
-    if printability is None or case.print is None:
+    if printability is None or spec is None:
         return ()
-    spec = case.print
     return tuple(
         words
         for words in (

@@ -24,15 +24,6 @@ from gradedesign.common.values.value_types import (
     Whole,
 )
 
-#: Axes of the machine, x, y and the build direction, in those of the part; each is a rotation.
-FRAMES = {
-    "+z": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
-    "-z": ((1, 0, 0), (0, -1, 0), (0, 0, -1)),
-    "+x": ((0, 1, 0), (0, 0, 1), (1, 0, 0)),
-    "-x": ((0, 0, 1), (0, 1, 0), (-1, 0, 0)),
-    "+y": ((0, 0, 1), (1, 0, 0), (0, 1, 0)),
-    "-y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
-}
 #: Pairs of an inclination in degrees and an offset in mm, by rising inclination.
 Offsets: TypeAlias = tuple[tuple[float, float], ...]
 _EXAMPLE = '[["0 deg", "0.2 mm"], ["45 deg", "0.05 mm"], ["90 deg", "0 mm"]]'

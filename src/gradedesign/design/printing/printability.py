@@ -8,11 +8,12 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import report_step
+from gradedesign.common.values.direction import FRAMES
 from gradedesign.design.printing.as_built import AsBuilt, as_built
 from gradedesign.design.printing.feather_edges import FeatherEdges, feather_edges
 from gradedesign.design.printing.layer_islands import LayerIslands, layer_islands
 from gradedesign.design.printing.overhang import Overhang, overhang
-from gradedesign.design.printing.print_schema import FRAMES, PrintSpec
+from gradedesign.design.printing.print_schema import PrintSpec
 from gradedesign.design.printing.voids import (
     BYTES_PER_VOXEL,
     STEPS_PER_THROAT,

@@ -15,13 +15,14 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.design.acceptance.whole_resolution import first_spacing
-from gradedesign.design.case.schema import Case
+from gradedesign.design.case.run_schema import RunSpec
 from gradedesign.design.resolve.least_density import SAMPLES, Need, Needs, need_of
 from gradedesign.design.resolve.planned_solid import PlannedPart, planned_solid
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.cell_surface import CellSurface, cell_surface
 from gradedesign.geometry.cell.wall_size import wall_mm
 from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.mechanics.explicit.analysis import ExplicitAnalysis
 
 #: Mean density that a sized lattice is expected to have: this share of its window above the lower
@@ -72,7 +73,8 @@ def grid_spacing(
 
 
 def analysable_bounds(
-    case: Case,
+    lattice: LatticeSpec,
+    run: RunSpec,
     cell: Cell,
     bounds: tuple[float, float],
     least_size: float,
@@ -85,9 +87,9 @@ def analysable_bounds(
 
     Parameters
     ----------
-    case : Case
+    lattice : LatticeSpec
+    run : RunSpec
     cell : Cell
-        Of the cell.
     bounds : (float, float)
         Density window of user, cell, law and printer.
     least_size : float, mm
@@ -104,12 +106,11 @@ def analysable_bounds(
         or states the thickness of its walls, and where nothing fits. Where no density lets the
         finer resolution of acceptance fit, the iterations alone decide.
     """
-    run = case.run
     low, high = bounds
     rho = np.geomspace(low, high, SAMPLES)
-    stated = case.lattice.wall
+    stated = lattice.wall
     walls = np.full(SAMPLES, stated) if stated else _walls(cell, rho, least_size)
-    mean = rho if case.lattice.grading == "uniform" else rho + EXPECTED_SHARE * (high - rho)
+    mean = rho if lattice.grading == "uniform" else rho + EXPECTED_SHARE * (high - rho)
     surfaces = cell_surface(cell, mean, least_size)
     planned = [
         planned_solid(part, *of_lattice)
@@ -130,10 +131,10 @@ def analysable_bounds(
     unbound = stated or run.explicit_mesh_size or run.stop_after != "verdict"
     if not (unbound or fits.any()):
         layer = min(domain.layers, default=np.inf)
-        refusal = _refusal(case, walls, seen, layer, analysis, max(part.box))
+        refusal = _refusal(max(lattice.size), walls, seen, layer, analysis, max(part.box))
     elif not unbound:
         least = int(np.argmax(fits))
-    warnings = _raised(case, (low, rho[least]), walls[least], needs[0]) if least else ()
+    warnings = _raised(run, (low, rho[least]), walls[least], needs[0]) if least else ()
     return Analysable(
         analysis=analysis,
         bounds=(float(rho[least]) if least else low, high),
@@ -160,9 +161,9 @@ def analysable_together(zones: Sequence[Analysable]) -> Analysable:
     )
 
 
-def _raised(case: Case, bounds: tuple[float, float], wall: float, need: Need) -> tuple[str, ...]:
+def _raised(run: RunSpec, bounds: tuple[float, float], wall: float, need: Need) -> tuple[str, ...]:
     """Sentence on a lower density that was raised, and on the cost without that."""
-    run, (low, raised) = case.run, bounds
+    low, raised = bounds
     return (
         f"lower density raised from {low:.3g} to {raised:.3g}: walls thinner than {wall:.3g} mm "
         f"need finer grids than [run] memory {run.memory / 1e9:.3g} GB and time "
@@ -178,7 +179,7 @@ def _walls(cell: Cell, rho: FloatArray, least_size: float) -> FloatArray:
 
 
 def _refusal(
-    case: Case,
+    cell_size: float,
     walls: FloatArray,
     seen: Needs,
     layers: float,
@@ -188,17 +189,17 @@ def _refusal(
     """Sentence on the grid that does not fit the memory, and on a remedy."""
     spacings, need = seen.spacings, seen.bytes
     best = int(np.argmin(need))
-    larger = (need[best] / case.run.memory) ** (1 / 3)
+    larger = (need[best] / seen.memory) ** (1 / 3)
     governed = spacings[best] >= layers / analysis.elements_per_layer * (1 - 1e-9)
     cause = (
         f"solid layers of {layers:.3g} mm ask for a grid of {spacings[best]:.3g} mm"
         if governed
         else f"walls of {walls[best]:.3g} mm ask for a grid of {spacings[best]:.3g} mm"
     )
-    size, what = (layers, "these layers") if governed else (max(case.lattice.size), "the cells")
+    size, what = (layers, "these layers") if governed else (cell_size, "the cells")
     # Nothing grows beyond the part.
     remedy = f", or make {what} {larger:.2f} times as large" if larger * size <= longest else ""
     return (
-        f"the explicit analysis does not fit [run] memory {case.run.memory / 1e9:.3g} GB: {cause}, "
+        f"the explicit analysis does not fit [run] memory {seen.memory / 1e9:.3g} GB: {cause}, "
         f"which takes {need[best] / 1e9:.3g} GB at least; allow more memory{remedy}"
     )

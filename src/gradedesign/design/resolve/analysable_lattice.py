@@ -51,7 +51,8 @@ def analysable_lattice(
     able = analysable_together(
         [
             analysable_bounds(
-                resolved.case,
+                resolved.case.lattice,
+                resolved.case.run,
                 zone.cell,
                 window,
                 resolved.layout.least,

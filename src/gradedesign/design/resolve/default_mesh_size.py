@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.predicted_part_mesh import least_part_dofs, predicted_part_dofs
 from gradedesign.geometry.part.part import Part
+from gradedesign.geometry.part.part_schema import PartSpec
 from gradedesign.geometry.triangles.surface_mesh import corner_points
 
 #: Quadratic tetrahedra across the mean thickness of the part, 2 V / A. Chosen, not measured.
@@ -20,14 +20,14 @@ LEAST_DOFS, MOST_DOFS = 30_000, 200_000
 _STEP = 1.1
 
 
-def with_mesh_size(case: Case, part: Part) -> Case:
-    """The case with the edge of its part's tetrahedra, as stated or as `default_mesh_size`."""
-    if case.part.mesh_size is not None:
-        return case
-    return _with(case, default_mesh_size(case, part))
+def with_mesh_size(spec: PartSpec, part: Part, cell_size: float) -> PartSpec:
+    """``[part]`` with the edge of its tetrahedra, as stated or as `_default_mesh_size`."""
+    if spec.mesh_size is not None:
+        return spec
+    return _with(spec, _default_mesh_size(spec, part, cell_size))
 
 
-def default_mesh_size(case: Case, part: Part) -> float:
+def _default_mesh_size(spec: PartSpec, part: Part, cell_size: float) -> float:
     """Edge of the part's tetrahedra, mm, two figures.
 
     Stress and displacement of the solid need elements that follow its thickness; densities vary
@@ -35,9 +35,10 @@ def default_mesh_size(case: Case, part: Part) -> float:
 
     Parameters
     ----------
-    case : Case
+    spec : PartSpec
         Without a mesh size.
     part : Part
+    cell_size : float, mm
 
     Returns
     -------
@@ -46,15 +47,14 @@ def default_mesh_size(case: Case, part: Part) -> float:
     a, b, c = np.moveaxis(corner_points(part.surface), 1, 0)
     area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
     thickness = 2.0 * part.volume / area
-    size = min(thickness / ACROSS, case.lattice.cell_size)
-    while least_part_dofs(_with(case, size), part) < LEAST_DOFS:
+    size = min(thickness / ACROSS, cell_size)
+    while least_part_dofs(_with(spec, size), part) < LEAST_DOFS:
         size /= _STEP
-    while predicted_part_dofs(_with(case, size), part) > MOST_DOFS and size < thickness:
+    while predicted_part_dofs(_with(spec, size), part) > MOST_DOFS and size < thickness:
         size *= _STEP
     unit = 10.0 ** (math.floor(math.log10(size)) - 1)
     return float(f"{unit * math.floor(size / unit):.2g}")
 
 
-def _with(case: Case, size: float) -> Case:
-    stated = case.part.model_copy(update={"mesh_size": size})
-    return case.model_copy(update={"part": stated})
+def _with(spec: PartSpec, size: float) -> PartSpec:
+    return spec.model_copy(update={"mesh_size": size})

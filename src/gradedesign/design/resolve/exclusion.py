@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.design.case.schema import Case
+from gradedesign.common.values.locate import Where
 from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.cell_layout import CellLayout
 from gradedesign.geometry.part.part import Part
 from gradedesign.geometry.part.signed_distance import region_distance
 from gradedesign.mechanics.explicit.exclusion import ExclusionZone
 from gradedesign.mechanics.explicit.support_zones import SupportZone, evaluated_at
+from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
 from gradedesign.mechanics.fe.singular_supports import SingularSupport, singular_supports
-from gradedesign.mechanics.limits.local_stress import allowed_stress
+from gradedesign.mechanics.limits.limits_schema import LimitsSpec
 from gradedesign.mechanics.limits.row import LEAST_JUDGED
-from gradedesign.mechanics.material.material import Material
 
 #: Default radius over the edge of a cell. Measured on 5 x 2 x 2 cells held at one end, pulled and
 #: bent (gyroid sheets of density 0.3, Kelvin struts of 0.1): what the support adds to the stress
@@ -33,36 +33,28 @@ WIDTHS = 0.5
 MOST_BY_DEFAULT = 0.1
 
 
-def judging_zones(
-    case: Case, part: Part, material: Material, inside: FloatArray, layout: CellLayout
+def zones_of_supports(
+    load_cases: Sequence[LoadCaseSpec],
+    limits: LimitsSpec,
+    element_size: float,
+    part: Part,
+    inside: FloatArray,
+    layout: CellLayout,
 ) -> tuple[SupportZone, ...]:
-    """Zones around the supports of a case, of the radius that it states or of the default one.
+    """Zones around supports, of the radius that ``[limits]`` states or of the default one.
 
     Parameters
     ----------
-    case : Case
+    load_cases : sequence of LoadCaseSpec
+    limits : LimitsSpec
+    element_size : float, mm
+        Of the part's tetrahedra.
     part : Part
-    material : Material
     inside : (3, n) array, mm
         Points that fill the part evenly.
     layout : CellLayout
-
-    Raises
-    ------
-    CaseError
-        If they leave too little to a limit of stress, see `require_judged`.
     """
-    zones = _zones(case, part, inside, layout)
-    if allowed_stress(case.limits, material) is not None:
-        require_judged(case, zones, inside, layout.points)
-    return zones
-
-
-def _zones(
-    case: Case, part: Part, inside: FloatArray, layout: CellLayout
-) -> tuple[SupportZone, ...]:
-    """Zones around the supports of a case."""
-    supports = singular_supports(case.load_case, part.regions, part.surface)
+    supports = singular_supports(load_cases, part.regions, part.surface)
     distances = [region_distance(support.corners) for support in supports]
     wanted = [_undisturbed_from(support, layout.least) for support in supports]
     share = 1.0
@@ -74,14 +66,14 @@ def _zones(
         ]
         reached = np.quantile(np.min(reach, axis=0), MOST_BY_DEFAULT, method="lower")
         share = min(share, float(reached))
-    limits, zones = case.limits, []
+    zones = []
     for support, distance, radius in zip(supports, distances, wanted, strict=True):
         disturbed = share * radius
         judged_from = disturbed
         if limits.exclusion_radius is not None:
             judged_from = limits.exclusion_radius
         elif limits.exclusion_mesh_sizes is not None:
-            judged_from = limits.exclusion_mesh_sizes * case.part.element_size
+            judged_from = limits.exclusion_mesh_sizes * element_size
         zones.append(
             SupportZone(
                 region=support.region,
@@ -103,16 +95,16 @@ def _undisturbed_from(support: SingularSupport, cell: float) -> float:
 
 
 def require_judged(
-    case: Case, zones: Sequence[SupportZone], inside: FloatArray, lattice: FloatArray
+    zones: Sequence[SupportZone], inside: FloatArray, lattice: FloatArray, where: Where
 ) -> None:
     """Refuse zones that leave too little of the part or of its lattice to a limit of stress.
 
     Parameters
     ----------
-    case : Case
     zones : sequence of SupportZone
     inside, lattice : (3, n) array, mm
         Points that fill the part, and its lattice, evenly.
+    where : Where
 
     Raises
     ------
@@ -129,7 +121,7 @@ def require_judged(
         nearest = np.min([zone.distance(points) for zone in zones], axis=0)
         most = float(np.quantile(nearest, 1.0 - LEAST_JUDGED, method="lower"))
         raise CaseError(
-            f"{case.where('limits.exclusion_radius')}: found {zones[0].radius:.4g} mm, which "
+            f"{where('limits.exclusion_radius')}: found {zones[0].radius:.4g} mm, which "
             f"leaves {share:.0%} of {name} to the limit of stress, so that it would say nothing of "
             f"the rest; expected {LEAST_JUDGED:.0%} at least: {0.99 * most:.3g} mm at most, or no "
             f"exclusion_radius, then {max(zone.disturbed for zone in zones):.3g} mm"

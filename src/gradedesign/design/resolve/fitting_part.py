@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from gradedesign.common.system.progress import report_step
@@ -18,7 +20,8 @@ from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.support_conflicts import require_agreeing
 from gradedesign.design.resolve.symmetry import with_symmetry
 from gradedesign.geometry.lattice.part_room import require_cells_fit
-from gradedesign.geometry.part.part import Part, read_part
+from gradedesign.geometry.part.mended import Mend
+from gradedesign.geometry.part.part import Part, Reader, read_part
 from gradedesign.mechanics.limits.kinds import require_possible
 from gradedesign.mechanics.limits.limit_checks import require_displacements_fit
 
@@ -34,18 +37,50 @@ def fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
         Whatever is wrong, with file, line and key.
     """
     report_step("reading and repairing the part")
-    mend = part_repairer(case, registry)
-    with locating(case.where, "part.file"):
-        part = read_part(case, part_readers(case, registry), mend)
-    require_fits(case, part.surface)
-    require_voxels_fit(case, part.surface)
-    case = with_symmetry(with_mesh_size(case, part), part)
+    part = installed_part(case, registry)
+    case = case.model_copy(
+        update={
+            "part": with_mesh_size(case.part, part, case.lattice.cell_size),
+            "load_case": with_symmetry(case.load_case, part, case.where),
+        }
+    )
     require_cells_fit(case.lattice, case.part, case.run.memory, case.where, part)
-    require_mesh_fits(case, part)
+    require_mesh_fits(case.part, part, case.run.memory, case.where)
     longest = float(np.ptp(part.surface.vertices, axis=0).max())
     require_displacements_fit(case.limits, case.where, longest)
-    require_apart(case, part)
-    require_supported(case, part)
-    require_agreeing(case, part)
+    require_apart(case.part, part, case.where)
+    require_supported(case.load_case, part, case.where)
+    require_agreeing(case.load_case, part, case.where)
     require_possible(registry.limits, case.limits, case.load_case, part.regions, case.where)
     return case, part
+
+
+def installed_part(case: Case, registry: Registry) -> Part:
+    """The part as the installed readers and repairers read it, if the printer takes it.
+
+    Raises
+    ------
+    CaseError, PartError, ResourceError, PluginError
+        Whatever is wrong, with file, line and key.
+    """
+    mend = part_repairer(case.part, case.run, registry, case.where)
+    with locating(case.where, "part.file"):
+        part = part_of(case, part_readers(case.part, case.run.memory, registry), mend)
+    require_fits(case.print, part.surface, case.where)
+    require_voxels_fit(case.print, part.surface, case.run.memory, case.where)
+    return part
+
+
+def part_of(case: Case, readers: Mapping[str, Reader], mend: Mend | None = None) -> Part:
+    """The part of a case, with the regions and bodies that it names, see `read_part`."""
+    named = [(f"keep[{k}].body", keep.body) for k, keep in enumerate(case.keep)]
+    zones = getattr(case, "zone", ())
+    named += [(f"zone[{k}].body", zone.body) for k, zone in enumerate(zones)]
+    return read_part(
+        case.part,
+        case.region,
+        readers,
+        case.where,
+        bodies={key: body for key, body in named if body is not None},
+        mend=mend,
+    )

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray
-from gradedesign.design.case.schema import Case, LoadCaseSpec
+from gradedesign.common.values.locate import Where
 from gradedesign.errors import CaseError
 from gradedesign.geometry.part.bodies import body_of_triangles
 from gradedesign.geometry.part.part import Part
+from gradedesign.geometry.part.part_schema import PartSpec
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
-from gradedesign.mechanics.fe.rigid_modes import free_modes
+from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
+from gradedesign.mechanics.solver.rigid_modes import free_modes
 
 
-def require_supported(case: Case, part: Part) -> None:
+def require_supported(load_cases: Sequence[LoadCaseSpec], part: Part, where: Where) -> None:
     """Refuse load cases whose supports leave a body of the part free to move.
 
     The same check is made again with the pieces of the mesh; this one needs no mesh.
@@ -25,19 +29,19 @@ def require_supported(case: Case, part: Part) -> None:
     """
     body = body_of_triangles(part.surface)
     count = int(body.max()) + 1
-    for number, spec in enumerate(case.load_case):
+    for number, spec in enumerate(load_cases):
         for k in range(count):
             modes = _modes(spec, part, body == k)
             if modes:
                 which = "" if count == 1 else f" of body {k + 1}, {_place(part, body == k)}"
                 raise CaseError(
-                    f"{case.where(f'load_case[{number}].fix')}: load case '{spec.name}': the "
+                    f"{where(f'load_case[{number}].fix')}: load case '{spec.name}': the "
                     f"supports leave rigid motions free{which}: {'; '.join(modes)}. Fix more faces "
                     f"or components"
                 )
 
 
-def require_apart(case: Case, part: Part) -> None:
+def require_apart(spec: PartSpec, part: Part, where: Where) -> None:
     """Refuse bodies that touch and are not joined: no grid or mesh keeps them apart.
 
     Raises
@@ -46,9 +50,9 @@ def require_apart(case: Case, part: Part) -> None:
         Naming file, line and the area of the faces in common.
     """
     area = part.report.common_area
-    if case.part.bodies == "all" and area > 0.0:
+    if spec.bodies == "all" and area > 0.0:
         raise CaseError(
-            f'{case.where("part.bodies")}: found "all", but solids of the part touch along '
+            f'{where("part.bodies")}: found "all", but solids of the part touch along '
             f"{area:.5g} mm^2 with nothing between, where every analysis would join them; "
             'bodies = "join" says that they are one, or leave a gap of at least an element'
         )

@@ -7,31 +7,27 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
+from pathlib import Path
 
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
-from gradedesign.common.system.atomic import replacing_path
 from gradedesign.common.system.progress import report_step
-from gradedesign.common.values.locate import locating
+from gradedesign.common.values.locate import Where, locating
 from gradedesign.common.values.plugins_by_name import supplied_by
 from gradedesign.common.values.suggest import instead
-from gradedesign.design.case.schema import Case
+from gradedesign.design.case.schema import CaseName
+from gradedesign.design.printing.print_schema import PrintSpec
 from gradedesign.design.resolve.outer_triangles import outer_records
 from gradedesign.design.resolve.registry import Registry, absent
-from gradedesign.errors import CaseError, PluginError, blaming
-from gradedesign.geometry.cell.strut_axes import StrutAxes
+from gradedesign.errors import CaseError, blaming
 from gradedesign.geometry.formats.exporter import Exporter, PlannedPrint
 from gradedesign.geometry.formats.printed_lattice import PrintedLattice
-from gradedesign.geometry.formats.write_stl import write_stl
 from gradedesign.geometry.lattice.beams import beam_lattice
-from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
-from gradedesign.geometry.maps.cell_map import CellMap
 from gradedesign.geometry.triangles.crossings import TOUCHING, crossing_triangles
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.mechanics.material.material import Material
-from gradedesign.program.store.run_folder import RunFolder
 
 log = logging.getLogger(__name__)
 
@@ -67,7 +63,9 @@ class LatticeFile:
         return "stl" if self.name == STL_NAME else f"lattice_{self.exporter.name}"
 
 
-def lattice_files(case: Case, registry: Registry) -> tuple[LatticeFile, ...]:
+def lattice_files(
+    formats: Sequence[str], registry: Registry, where: Where
+) -> tuple[LatticeFile, ...]:
     """Files of the printed lattice for ``[output] formats``, in their order.
 
     Raises
@@ -78,8 +76,8 @@ def lattice_files(case: Case, registry: Registry) -> tuple[LatticeFile, ...]:
         The same, when a plugin that might have written it is disabled.
     """
     files: list[LatticeFile] = []
-    with locating(case.where, "output.formats"):
-        for name in case.output.formats:
+    with locating(where, "output.formats"):
+        for name in formats:
             if name in registry.outputs:
                 continue
             if name not in registry.exporters:
@@ -96,54 +94,33 @@ def lattice_files(case: Case, registry: Registry) -> tuple[LatticeFile, ...]:
     return tuple(files)
 
 
-def require_writable(
-    case: Case,
-    files: Sequence[LatticeFile],
-    domain: DesignDomain,
-    cell_map: CellMap | None,
-    axes: StrutAxes | None,
-) -> None:
+def require_writable(files: Sequence[LatticeFile], planned: PlannedPrint, where: Where) -> None:
     """Refuse formats that cannot hold a lattice, before it is made.
-
-    Parameters
-    ----------
-    case : Case
-    files : sequence of LatticeFile
-    domain : DesignDomain
-    cell_map : CellMap or None
-        None where it follows from the design.
-    axes : StrutAxes or None
-        Of the cell where it is made of struts, and of no other cell beside it.
 
     Raises
     ------
     CaseError
         With file, line, format and reason.
     """
-    planned = PlannedPrint(
-        axes=axes,
-        cell_map=cell_map,
-        domain=domain,
-        layer_height=None if case.print is None else case.print.layer_height,
-    )
     for file in files:
         with blaming(f"exporter '{file.exporter.name}' of {file.source}", always=False):
             words = file.exporter.refuses(planned)
         if words:
-            where = case.where("output.formats")
-            raise CaseError(
-                f"{where}: the format '{file.exporter.name}' cannot be written: {words}"
-            )
+            place, name = where("output.formats"), file.exporter.name
+            raise CaseError(f"{place}: the format '{name}' cannot be written: {words}")
 
 
 def printed_lattice(
-    case: Case,
-    part: SurfaceMesh,
+    name: CaseName,
+    spec: PrintSpec | None,
     surface: SurfaceMesh,
     design: LatticeDesign,
     material: Material | None,
+    *,
+    part: SurfaceMesh,
+    file: Path | None,
 ) -> PrintedLattice:
-    """The record that exporters receive."""
+    """The record that exporters receive; ``file`` is that of the part."""
     mass = None if material is None else enclosed_volume(surface) * material.density * 1e6
 
     @cache
@@ -155,25 +132,25 @@ def printed_lattice(
 
     return PrintedLattice(
         surface=surface,
-        outer_records=outer_records(case, part),
-        name=case.name,
+        outer_records=outer_records(spec, file, part),
+        name=name.name,
         version=metadata.version("gradedesign"),
-        case_hash=case.case_hash,
+        case_hash=name.hash,
         material=None if material is None else material.name,
         mass_g=mass,
         field=field,
         design=design,
         bodies=design.domain.bodies,
-        layer_height=None if case.print is None else case.print.layer_height,
-        pixel_size=None if case.print is None else case.print.pixel_size,
-        build_direction="+z" if case.print is None else case.print.build_direction,
+        layer_height=None if spec is None else spec.layer_height,
+        pixel_size=None if spec is None else spec.pixel_size,
+        build_direction="+z" if spec is None else spec.build_direction,
         beams=lambda: beam_lattice(design, part),
     )
 
 
-def chord_tolerance(case: Case) -> float | None:
+def chord_tolerance(spec: PrintSpec | None) -> float | None:
     """Distance within which triangles of the printed surface may be larger, mm."""
-    return None if case.print is None else case.print.chord_tolerance
+    return None if spec is None else spec.chord_tolerance
 
 
 def crossing_warnings(surface: SurfaceMesh) -> tuple[str, ...]:
@@ -197,44 +174,3 @@ def crossing_warnings(surface: SurfaceMesh) -> tuple[str, ...]:
         f"{len(pairs)} triangles of the printed surface pass through others by more than "
         f"{1e3 * TOUCHING:g} um, the first at ({at}) mm; a slicer may fill or drop something there",
     )
-
-
-def write_printed(out: RunFolder, case: Case, part: SurfaceMesh, surface: SurfaceMesh) -> str:
-    """Write the printed surface as binary STL into the run folder; return its SHA-256.
-
-    Errors are those of `write_stl`.
-    """
-    digest = write_stl(out.path_of(STL_NAME), surface, outer_records(case, part))
-    out.adopt(STL_NAME, digest)
-    return digest
-
-
-def write_lattice_files(
-    out: RunFolder, files: Sequence[LatticeFile], lattice: PrintedLattice
-) -> dict[str, str]:
-    """Write the files of a lattice and return their names by what the result calls them.
-
-    Raises
-    ------
-    GradeDesignError
-        Raised by an exporter on purpose, such as for a surface that its format cannot hold.
-    PluginError
-        If an exporter raises anything else, or leaves anything but one file.
-    CaseError, ResourceError
-        If the file cannot be written.
-    """
-    for file in files:
-        who = f"exporter '{file.exporter.name}' of {file.source} writing {file.name}"
-        with replacing_path(out.path_of(file.name)) as path:
-            with blaming(who):
-                file.exporter.write(path, lattice)
-            written = sorted(p.name for p in path.parent.iterdir())
-            if written != [path.name] or path.is_symlink() or not path.is_file():
-                raise PluginError(
-                    f"{who} left {', '.join(written) or 'nothing'}; expected that one file"
-                )
-            if path.stat().st_size == 0:
-                raise PluginError(f"{who} left an empty file")
-        out.adopt(file.name)
-        log.info("wrote %s by %s of %s", file.name, file.exporter.name, file.source)
-    return {file.key: file.name for file in files}

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from gradedesign.arrays import FloatArray
-from gradedesign.common.values.locate import locating
-from gradedesign.design.case.schema import Case
+from gradedesign.common.values.locate import Where, locating
 from gradedesign.design.resolve.registry import Registry, lookup
 from gradedesign.errors import blaming
 from gradedesign.mechanics.solver.linear_solver import (
@@ -17,8 +16,8 @@ from gradedesign.mechanics.solver.linear_solver import (
 )
 
 
-def linear_solver(case: Case, registry: Registry) -> LinearSolver:
-    """Solver of ``[run] solver``.
+def linear_solver(name: str, registry: Registry, where: Where) -> LinearSolver:
+    """Solver that ``[run] solver`` names.
 
     Raises
     ------
@@ -27,8 +26,8 @@ def linear_solver(case: Case, registry: Registry) -> LinearSolver:
     PluginError
         The same, when a plugin that might have supplied it is disabled.
     """
-    with locating(case.where, "run.solver"):
-        solver: LinearSolver = lookup(registry, "solvers", case.run.solver)
+    with locating(where, "run.solver"):
+        solver: LinearSolver = lookup(registry, "solvers", name)
     who = f"solver '{solver.name}' of {registry.sources['solvers'][solver.name]}"
 
     def prepare(system: LinearSystem) -> Solve:

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from gradedesign.arrays import FloatArray, locked, plain_vector
-from gradedesign.common.values.locate import locating
+from gradedesign.common.values.locate import Where, locating
 from gradedesign.common.values.suggest import shown
-from gradedesign.design.case.schema import Case, LoadCaseSpec
 from gradedesign.geometry.part.part import Part
 from gradedesign.geometry.part.regions import Region
 from gradedesign.geometry.triangles.surface_mesh import enclosed_centroid
+from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
 from gradedesign.mechanics.fe.region_load import region_resultant
 from gradedesign.mechanics.material.material import Material
 
@@ -78,15 +78,18 @@ class LoadBalance:
             object.__setattr__(self, name, locked(getattr(self, name), (3,), name=name))
 
 
-def load_balances(case: Case, part: Part, density: float) -> tuple[LoadBalance, ...]:
+def load_balances(
+    load_cases: Sequence[LoadCaseSpec], part: Part, density: float, where: Where
+) -> tuple[LoadBalance, ...]:
     """Resultants of every load case.
 
     Parameters
     ----------
-    case : Case
+    load_cases : sequence of LoadCaseSpec
     part : Part
     density : float, t/mm^3
         Of the solid material: an acceleration is taken to act on the solid part.
+    where : Where
 
     Returns
     -------
@@ -97,7 +100,10 @@ def load_balances(case: Case, part: Part, density: float) -> tuple[LoadBalance, 
     CaseError
         If a region cannot carry the bearing load on it.
     """
-    return tuple(_balance(case, number, part, density) for number in range(len(case.load_case)))
+    return tuple(
+        _balance(spec, part, density, where, f"load_case[{number}]")
+        for number, spec in enumerate(load_cases)
+    )
 
 
 def balance_warnings(balances: tuple[LoadBalance, ...]) -> tuple[str, ...]:
@@ -112,11 +118,15 @@ def balance_warnings(balances: tuple[LoadBalance, ...]) -> tuple[str, ...]:
 
 
 def yielding_loads(
-    case: Case, part: Part, balances: tuple[LoadBalance, ...], material: Material
+    load_cases: Sequence[LoadCaseSpec],
+    part: Part,
+    balances: Sequence[LoadBalance],
+    material: Material,
+    where: Where,
 ) -> tuple[str, ...]:
     """Say which loads, and which reactions, are beyond yield on the mean of their faces."""
     remarks = []
-    for number, (spec, balance) in enumerate(zip(case.load_case, balances, strict=True)):
+    for number, (spec, balance) in enumerate(zip(load_cases, balances, strict=True)):
         acting: list[tuple[str, str, float, tuple[str, ...]]] = [
             (f"load[{k}]", f"the load on region {shown(row.source)}", row.gross, (row.source,))
             for k, row in enumerate(balance.rows[: len(spec.load)])
@@ -128,7 +138,7 @@ def yielding_loads(
             area = sum(part.regions[name].area for name in regions)
             if force > material.yield_strength * area:
                 remarks.append(
-                    f"{case.where(f'load_case[{number}].{key}')}: load case {shown(spec.name)}: "
+                    f"{where(f'load_case[{number}].{key}')}: load case {shown(spec.name)}: "
                     f"{what}, {force:.4g} N on {area:.4g} mm^2, is {force / area:.4g} MPa on "
                     f"average, beyond the {material.yield_strength:g} MPa at which "
                     f"{material.name} yields; a larger region, or is a unit wrong?"
@@ -136,7 +146,9 @@ def yielding_loads(
     return tuple(remarks)
 
 
-def load_case_data(case: Case, balances: Sequence[LoadBalance]) -> tuple[dict[str, Any], ...]:
+def load_case_data(
+    load_cases: Sequence[LoadCaseSpec], balances: Sequence[LoadBalance]
+) -> tuple[dict[str, Any], ...]:
     """Plain data of ``check --json`` and result.json: supports and loads of every load case."""
     return tuple(
         {
@@ -163,7 +175,7 @@ def load_case_data(case: Case, balances: Sequence[LoadBalance]) -> tuple[dict[st
             "temperature_change_K": balance.temperature_change,
             "cancels": balance.cancels,
         }
-        for spec, balance in zip(case.load_case, balances, strict=True)
+        for spec, balance in zip(load_cases, balances, strict=True)
     )
 
 
@@ -174,13 +186,13 @@ def held_centroid(spec: LoadCaseSpec, part: Part) -> FloatArray:
     return np.asarray(areas @ np.array([region.centroid for region in regions]) / areas.sum())
 
 
-def _balance(case: Case, number: int, part: Part, density: float) -> LoadBalance:
-    spec = case.load_case[number]
+def _balance(spec: LoadCaseSpec, part: Part, density: float, where: Where, key: str) -> LoadBalance:
+    """Resultants of one load case, which the case states under ``key``."""
     about = held_centroid(spec, part)
     rows = []
     for k, load in enumerate(spec.load):
         region = part.regions[load.region]
-        with locating(case.where, f"load_case[{number}].load[{k}].bearing"):
+        with locating(where, f"{key}.load[{k}].bearing"):
             force, turn = region_resultant(region, load)
         stated = [load.force or 0.0, load.bearing or 0.0]
         gross = sum(float(np.linalg.norm(size)) for size in stated)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.common.values.suggest import shown
-from gradedesign.design.case.schema import Case
 from gradedesign.geometry.lattice.domain import LATTICE, DesignDomain, phase_at
 from gradedesign.geometry.part.part import Part
 from gradedesign.geometry.part.regions import Region
+from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
 
 #: Depth below a region at which solid is looked for, over the edge of a cell. Chosen, not measured.
 DEPTH = 1e-3
@@ -56,14 +58,14 @@ def _places(parts: int) -> FloatArray:
 
 
 def open_regions(
-    case: Case, part: Part, domain: DesignDomain, cell_size: float
+    load_cases: Sequence[LoadCaseSpec], part: Part, domain: DesignDomain, cell_size: float
 ) -> dict[str, float]:
     """Loaded regions with no passive region, skin or solid layer below them: their open shares.
 
     There the loads act on the cut walls and struts of cells, whose rims give way by themselves: the
     largest displacement of the region is theirs, and it depends on where the cells are cut.
     """
-    names = dict.fromkeys(load.region for spec in case.load_case for load in spec.load)
+    names = dict.fromkeys(load.region for spec in load_cases for load in spec.load)
     share = {
         name: open_share(part.regions[name], domain, DEPTH * cell_size)
         for name in names
@@ -78,7 +80,7 @@ def plate_key(region: str, cell_size: float) -> str:
 
 
 def open_load_warnings(
-    case: Case, part: Part, domain: DesignDomain, cell_size: float
+    load_cases: Sequence[LoadCaseSpec], part: Part, domain: DesignDomain, cell_size: float
 ) -> tuple[str, ...]:
     """Say which regions carry loads on open lattice, and what helps."""
     return tuple(
@@ -86,5 +88,5 @@ def open_load_warnings(
         f"of cells give way by themselves there, and limits on largest values judge them; "
         f"{plate_key(name, cell_size)} makes a plate that spans the openings of the cells, and "
         f"[limits] mean_displacement judges the whole face instead of its softest rim"
-        for name, value in open_regions(case, part, domain, cell_size).items()
+        for name, value in open_regions(load_cases, part, domain, cell_size).items()
     )

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from gradedesign.arrays import Field, FloatArray
-from gradedesign.common.values.locate import locating
-from gradedesign.design.case.schema import Case
+from gradedesign.common.values.locate import Where, locating
+from gradedesign.common.values.value_types import Triple
 from gradedesign.design.resolve.cell_choice import cell_axes
 from gradedesign.design.resolve.problem import Problem
 from gradedesign.design.resolve.resolve import density_bounds
@@ -20,6 +20,7 @@ from gradedesign.design.resolve.stated_directions import stated_directions
 from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.cell_layout import cell_layout, layout_warnings
 from gradedesign.geometry.lattice.graded_map import graded_map
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.maps.cell_map import CellMap, turned_axes
 from gradedesign.geometry.maps.frame_field import frame_field, principal_angle
 from gradedesign.geometry.maps.local_cells import local_cells
@@ -31,12 +32,12 @@ from gradedesign.mechanics.fe.stress import element_stress
 from gradedesign.mechanics.sizing.homogenised_model import bond_matrix
 
 
-def oriented_frames(case: Case, part: Part, tensor_of: Field) -> Field:
+def oriented_frames(spec: LatticeSpec, part: Part, tensor_of: Field, where: Where) -> Field:
     """Smooth frames along principal directions in the box of a part."""
-    corners, spec = part.surface.vertices, case.lattice
+    corners = part.surface.vertices
     axes = turned_axes(spec.rotation)
     smooth = 1.0 if spec.orientation is None else spec.orientation.smooth
-    with locating(case.where, "lattice.orientation"):
+    with locating(where, "lattice.orientation"):
         return frame_field(
             tensor_of,
             corners.min(axis=0),
@@ -46,21 +47,20 @@ def oriented_frames(case: Case, part: Part, tensor_of: Field) -> Field:
         )
 
 
-def constant_size(case: Case) -> Field:
-    """The stated size everywhere, mm."""
-    size = case.lattice.edges[0]
+def constant_size(size: float) -> Field:
+    """The size everywhere, mm."""
     return lambda points: np.full(np.shape(points)[1:], size)
 
 
 def alignment(
-    case: Case, cell_map: CellMap, tensor_of: Field, points: FloatArray
+    rotation: Triple, cell_map: CellMap, tensor_of: Field, points: FloatArray
 ) -> dict[str, Any]:
     """Angles between the largest principal direction and the nearest cell axis, plain data.
 
-    Weighted by the principal value; beside it the same of straight cells.
+    Weighted by the principal value; beside it the same of straight cells, turned by ``rotation``.
     """
     tensor = tensor_of(points)
-    start = turned_axes(case.lattice.rotation)
+    start = turned_axes(rotation)
     straight = np.repeat(start[:, :, None], points.shape[1], axis=2)
     report = {}
     for name, axes in (
@@ -92,21 +92,25 @@ def oriented(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
     case = problem.case
     if case.lattice.orientation is None:
         return setup
-    tensor_of = stated_directions(case, problem.domain.distance)
+    tensor_of = stated_directions(
+        case.lattice.orientation, problem.domain.distance, case.run.memory, case.where
+    )
     tensor_of = tensor_of or _solid_stress(problem, solutions)
-    frames = oriented_frames(case, problem.part, tensor_of)
+    frames = oriented_frames(case.lattice, problem.part, tensor_of, case.where)
     if case.lattice.graded_size:
         # The map itself follows from the densities that sizing finds.
         return replace(setup, cells=replace(cells, frames=frames))
-    wanted = constant_size(case)
+    wanted = constant_size(case.lattice.edges[0])
     with locating(case.where, "lattice.orientation"):
         cell_map = graded_map(case.lattice, case.where, problem.part, wanted, frames)
         layout = cell_layout(cell_map, cells.layout.points, case.lattice.edges, wanted=wanted)
     report = {
         **layout.report,
-        "orientation": alignment(case, cell_map, tensor_of, layout.points),
+        "orientation": alignment(case.lattice.rotation, cell_map, tensor_of, layout.points),
     }
-    bounds, _ = density_bounds(case, cells.cell, cells.law, layout.least)
+    bounds, _ = density_bounds(
+        case.lattice, case.print, cells.cell, cells.law, layout.least, case.where
+    )
     return replace(
         setup,
         cells=replace(

@@ -6,17 +6,17 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from gradedesign.common.values.locate import locating
-from gradedesign.design.case.schema import Case
+from gradedesign.common.values.locate import Where, locating
 from gradedesign.design.resolve.registry import Registry, lookup
 from gradedesign.errors import CaseError, PluginError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.maker import make_cell
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 
 
-def with_own_cell(case: Case, registry: Registry) -> Registry:
-    """The registry and the case's own cell; as it is where the case has none.
+def with_own_cell(lattice: LatticeSpec, registry: Registry, where: Where) -> Registry:
+    """The registry and the cell that ``[lattice]`` describes; as it is where it describes none.
 
     Raises
     ------
@@ -28,20 +28,20 @@ def with_own_cell(case: Case, registry: Registry) -> Registry:
     PluginError
         If the maker breaks.
     """
-    own = case.lattice.own_cell
+    own = lattice.own_cell
     if own is None:
         return registry
-    name = case.lattice.cell
+    name = lattice.cell
     if name in registry.cell_families:
         raise CaseError(
-            f"{case.where('lattice.cell')}: '{name}' is an installed cell; give the one of "
+            f"{where('lattice.cell')}: '{name}' is an installed cell; give the one of "
             f"[lattice.own_cell] another name"
         )
-    with locating(case.where, "lattice.own_cell.maker"):
+    with locating(where, "lattice.own_cell.maker"):
         maker = lookup(registry, "cell_makers", own.maker)
-    with locating(case.where, "lattice.own_cell"):
+    with locating(where, "lattice.own_cell"):
         family = make_cell(maker, name, own.options, own.file)
-        _require_usable(family, case.lattice.parameters)
+        _require_usable(family, lattice.parameters)
     by = f"the case, through '{maker.name}' of {registry.sources['cell_makers'][maker.name]}"
     kinds = {kind: dict(names) for kind, names in registry.sources.items()}
     kinds["cell_families"][name] = by

@@ -6,21 +6,23 @@ from pathlib import Path
 
 from gradedesign.common.values.plugins_by_name import supplied_by
 from gradedesign.common.values.suggest import instead, shown
-from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.registry import Registry, absent
 from gradedesign.errors import CaseError, PluginError, blaming
 from gradedesign.geometry.part.part import Reader
+from gradedesign.geometry.part.part_schema import PartSpec
 from gradedesign.geometry.part.raw_triangles import RawTriangles
 from gradedesign.geometry.part.reader import FileRequest, PartReader
 
 
-def part_readers(case: Case, registry: Registry) -> dict[str, Reader]:
+def part_readers(spec: PartSpec, memory: int, registry: Registry) -> dict[str, Reader]:
     """Functions that read part files by lower-case suffix; what they raise names their plugin.
 
     Parameters
     ----------
-    case : Case
-        Its part file must be one of theirs.
+    spec : PartSpec
+        Its file must be one of theirs.
+    memory : int, bytes
+        That voxels may take.
     registry : Registry
 
     Raises
@@ -32,11 +34,11 @@ def part_readers(case: Case, registry: Registry) -> dict[str, Reader]:
         The same, when a plugin that might have read it is disabled.
     """
     by_suffix = {
-        suffix: _blamed(reader, registry.sources["readers"][reader.name], case)
+        suffix: _blamed(reader, registry.sources["readers"][reader.name], spec, memory)
         for reader in registry.readers.values()
         for suffix in reader.suffixes
     }
-    file = case.part.file
+    file = spec.file
     if file is not None and file.suffix.lower() not in by_suffix:
         suffix = file.suffix.lower()
         advice = instead(suffix, sorted(by_suffix), label="readable")
@@ -47,12 +49,12 @@ def part_readers(case: Case, registry: Registry) -> dict[str, Reader]:
     return by_suffix
 
 
-def _blamed(reader: PartReader, source: str, case: Case) -> Reader:
+def _blamed(reader: PartReader, source: str, spec: PartSpec, memory: int) -> Reader:
     """Read a file; errors of the reader about the file are passed on."""
-    chord_tolerance, memory = case.part.chord_tolerance, case.run.memory
+    chord_tolerance = spec.chord_tolerance
 
     def read(path: Path) -> RawTriangles:
-        own = path == case.part.file
+        own = path == spec.file
         if own and chord_tolerance is not None and not reader.exact:
             raise CaseError(
                 f"part.chord_tolerance: has no meaning for {path.name}, whose format holds "
@@ -63,7 +65,7 @@ def _blamed(reader: PartReader, source: str, case: Case) -> Reader:
                 f"{path.name} is read as [part.{reader.key}] says, which only [part] has; expected "
                 f"a file of triangles or of CAD faces"
             )
-        stated = case.part.brought()
+        stated = spec.brought()
         for key in stated.keys() - {reader.key} if own else ():
             raise CaseError(
                 f"part.{key}: has no meaning for {path.name}, whose format takes no such table; "
@@ -77,7 +79,7 @@ def _blamed(reader: PartReader, source: str, case: Case) -> Reader:
                 table = stated.get(reader.key)
                 raw = reader.read(
                     path,
-                    FileRequest(table=table, units=case.part.units, memory_limit_bytes=memory),
+                    FileRequest(table=table, units=spec.units, memory_limit_bytes=memory),
                 )
             else:
                 raw = reader.read(path)

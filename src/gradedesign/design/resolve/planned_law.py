@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from gradedesign.design.case.schema import Case
+from gradedesign.common.values.locate import Where
 from gradedesign.design.resolve.choose_law import choose_law, usable_laws
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.stated_law import stated_law
@@ -13,12 +13,14 @@ from gradedesign.errors import CaseError
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.law_schema import StatedLaw
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.mechanics.homogenise.cached_table import (
     ON_DEMAND_RESOLUTION,
     has_table,
     on_demand_resolution,
 )
 from gradedesign.mechanics.homogenise.table import table_densities
+from gradedesign.mechanics.limits.limits_schema import LimitsSpec
 from gradedesign.mechanics.material.power_fit import GIBSON_ASHBY
 from gradedesign.mechanics.material.scaling_law import LawKind, ScalingLaw, has_strength
 
@@ -72,13 +74,15 @@ class PlannedLaw:
 
 
 def planned_law(
-    case: Case,
+    lattice: LatticeSpec,
+    limits: LimitsSpec,
     registry: Registry,
     cell: Cell,
+    where: Where,
     *,
     poissons_ratio: float,
 ) -> PlannedLaw:
-    """Choose between the registered laws and one that is computed for the case.
+    """Choose between the registered laws and one that is computed for the cell.
 
     ``auto`` takes a registered law only for the family's default parameters in cells of equal
     edges, which are what laws describe; so does ``gibson-ashby``, of computed ones. A law that the
@@ -91,15 +95,17 @@ def planned_law(
     DensityError
         If the walls are too thin for any grid that a law is computed on; as `choose_law`.
     """
-    law, edges = case.lattice.law, case.lattice.edges
+    law, edges = lattice.law, lattice.edges
     if isinstance(law, StatedLaw):
-        return _known(case, stated_law(law, cell, case.lattice.densities, poissons_ratio))
+        known: ScalingLaw = stated_law(law, cell, lattice.densities, poissons_ratio)
+        return _known(lattice, limits, known, where)
     changed = changed_parameters(cell.family, cell.parameters)
     unequal = min(edges) < max(edges)
     kinds = {k.kind for k in usable_laws(registry, cell.name)}
     served = "computed" in kinds if law == GIBSON_ASHBY else bool(kinds)
     if law not in ("auto", GIBSON_ASHBY) or (served and not changed and not unequal):
-        return _known(case, choose_law(registry, cell.name, law, case.lattice.densities))
+        known = choose_law(registry, cell.name, law, lattice.densities)
+        return _known(lattice, limits, known, where)
     why = f"with {values_in_words(changed, cell.parameters)}" if changed else "of this cell"
     if unequal:
         why += f" with edges in proportion {proportion(edges)}"
@@ -116,14 +122,16 @@ def planned_law(
     )
 
 
-def _known(case: Case, law: ScalingLaw) -> PlannedLaw:
-    """A registered law; refused if it lacks a property that the case's limits need."""
-    require_strength(case, law)
+def _known(lattice: LatticeSpec, limits: LimitsSpec, law: ScalingLaw, where: Where) -> PlannedLaw:
+    """A registered law; refused if it lacks a property that the limits need."""
+    require_strength(lattice, limits, law, where)
     return PlannedLaw(name=law.name, window=law.window, known=law)
 
 
-def require_strength(case: Case, law: ScalingLaw) -> None:
-    """Refuse a law of stiffness alone in a case that limits stress, or maps it to density.
+def require_strength(
+    lattice: LatticeSpec, limits: LimitsSpec, law: ScalingLaw, where: Where
+) -> None:
+    """Refuse a law of stiffness alone where stress is limited, or mapped to density.
 
     Raises
     ------
@@ -131,16 +139,15 @@ def require_strength(case: Case, law: ScalingLaw) -> None:
     """
     if has_strength(law):
         return
-    limits = case.limits
     key = "stress" if limits.stress is not None else "safety_factor"
     limited = getattr(limits, key) is not None
-    if not (limited or case.lattice.by_stress):
+    if not (limited or lattice.by_stress):
         return
     use, otherwise = (
-        (f"{case.where(f'limits.{key}')} limits the stress in the lattice", "leave the limit out")
+        (f"{where(f'limits.{key}')} limits the stress in the lattice", "leave the limit out")
         if limited
         else (
-            f"{case.where('lattice.method')} maps stress to density by it",
+            f"{where('lattice.method')} maps stress to density by it",
             'take method = "lightest"',
         )
     )

@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 
-from gradedesign.design.case.schema import Case
+from gradedesign.common.values.locate import Where
 from gradedesign.errors import ResourceError
 from gradedesign.geometry.part.part import Part
 from gradedesign.geometry.part.part_mesh import box_planes
+from gradedesign.geometry.part.part_schema import PartSpec
 from gradedesign.geometry.tets.long_edges import least_count
 from gradedesign.geometry.tets.meshed_surface import LONGEST_EDGE
 from gradedesign.geometry.triangles.surface_mesh import corner_points
@@ -22,22 +23,20 @@ _DOFS_PER_TET = 4.0
 _OF_VOLUME, _OF_FACET = 2.5, 4.0
 
 
-def least_part_dofs(case: Case, part: Part) -> float:
+def least_part_dofs(spec: PartSpec, part: Part) -> float:
     """Unknowns that the part's mesh has at least; of a box, those that it has."""
-    size = case.part.element_size
-    if case.part.bricks is not None:
-        planes = box_planes(
-            case.part.bricks, size, [region.corners for region in part.regions.values()]
-        )
+    size = spec.element_size
+    if spec.bricks is not None:
+        planes = box_planes(spec.bricks, size, [region.corners for region in part.regions.values()])
         return 3.0 * math.prod(2.0 * len(along) - 1.0 for along in planes)
     return _DOFS_PER_TET * least_count(part.volume, LONGEST_EDGE * size)
 
 
-def predicted_part_dofs(case: Case, part: Part) -> int:
+def predicted_part_dofs(spec: PartSpec, part: Part) -> int:
     """Unknowns that the part's mesh will have, exact for a box, else within a factor of two."""
-    if case.part.bricks is not None:
-        return int(least_part_dofs(case, part))
-    size = case.part.element_size
+    if spec.bricks is not None:
+        return int(least_part_dofs(spec, part))
+    size = spec.element_size
     a, b, c = np.moveaxis(corner_points(part.surface), 1, 0)
     areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     facets = float(np.maximum(areas / (0.433 * size**2), 1.0).sum())
@@ -45,27 +44,27 @@ def predicted_part_dofs(case: Case, part: Part) -> int:
     return int(_DOFS_PER_TET * tets)
 
 
-def require_mesh_fits(case: Case, part: Part) -> None:
-    """Refuse a mesh size whose analysis cannot fit the memory of the case.
+def require_mesh_fits(spec: PartSpec, part: Part, memory: int, where: Where) -> None:
+    """Refuse a mesh size whose analysis cannot fit the memory, bytes.
 
     Raises
     ------
     ResourceError
         Naming file, line, the unknowns at least and a mesh size that fits.
     """
-    dofs = least_part_dofs(case, part)
-    need, limit = predict_memory_bytes(int(dofs), 2), case.run.memory
+    dofs = least_part_dofs(spec, part)
+    need, limit = predict_memory_bytes(int(dofs), 2), memory
     if need <= limit:
         return
     fitting = max((limit - BASE_BYTES) / BYTES_PER_UNKNOWN[2], 1.0)
-    size = case.part.element_size * (dofs / fitting) ** (1 / 3)
+    size = spec.element_size * (dofs / fitting) ** (1 / 3)
     thickness = float(np.ptp(part.surface.vertices, axis=0).min())
     remedy = f"take {_rounded_up(size)} mm or more, or raise memory"
     if 2.0 * size > thickness:
         # Elements as large as the part say nothing of it.
         remedy = f"raise memory to {_rounded_up(need / 1e9)} GB or more"
     raise ResourceError(
-        f"{case.where('part.mesh_size')}: found {case.part.element_size:g} mm, which cuts the "
+        f"{where('part.mesh_size')}: found {spec.element_size:g} mm, which cuts the "
         f"{part.volume:.4g} mm^3 of the part into at least {dofs:.2g} unknowns, about "
         f"{need / 1e9:.2g} GB; expected at most the {limit / 1e9:.2g} GB of [run] memory: "
         f"{remedy}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from gradedesign.common.values.plugins_by_name import supplied_by
 from gradedesign.common.values.suggest import described, instead, meant, question
@@ -22,7 +22,10 @@ from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.material.scaling_law import ScalingLaw
 from gradedesign.mechanics.solver.eigen_solver import EigenSolver
 from gradedesign.mechanics.solver.linear_solver import LinearSolver
-from gradedesign.program.outputs.output import Output
+
+if TYPE_CHECKING:
+    # Outputs are about finished runs, of which nothing here knows anything but their names.
+    from gradedesign.program.outputs.output import Output
 
 Kind = Literal[
     "cell_families",

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
-from gradedesign.common.values.locate import locating
+from gradedesign.common.values.locate import Where, locating
 from gradedesign.design.case.material_checks import beyond_yield, beyond_yield_warning
-from gradedesign.design.case.schema import Case
-from gradedesign.design.resolve.planned_law import PlannedLaw
+from gradedesign.design.printing.print_schema import PrintSpec
+from gradedesign.design.resolve.planned_law import PlannedLaw, planned_law
 from gradedesign.design.resolve.registry import Registry, lookup
 from gradedesign.errors import CaseError, DensityError
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.wall_size import density_for_wall
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.maps.size_law import densities_for_sizes
+from gradedesign.mechanics.limits.limits_schema import LimitsSpec
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.material.material_schema import MaterialSpec
 from gradedesign.mechanics.material.scaling_law import ScalingLaw
@@ -23,7 +26,7 @@ from gradedesign.mechanics.material.scaling_law import ScalingLaw
 NO_WIDTH = 1e-3
 
 
-def case_material(case: Case, registry: Registry) -> Material:
+def case_material(spec: MaterialSpec | None, registry: Registry, where: Where) -> Material:
     """Material of a case that is analysed.
 
     Raises
@@ -31,10 +34,10 @@ def case_material(case: Case, registry: Registry) -> Material:
     CaseError
         If there is none, or none of its name.
     """
-    if case.material is None:
-        raise CaseError(f"{case.where('material')}: missing; an analysis needs [material]")
-    with locating(case.where, "material.name"):
-        return resolve_material(case.material, registry)
+    if spec is None:
+        raise CaseError(f"{where('material')}: missing; an analysis needs [material]")
+    with locating(where, "material.name"):
+        return resolve_material(spec, registry)
 
 
 def resolve_material(spec: MaterialSpec, registry: Registry) -> Material:
@@ -63,7 +66,7 @@ def resolve_material(spec: MaterialSpec, registry: Registry) -> Material:
     return Material(name="stated in the case", **{"yield_strength": math.nan, **stated})
 
 
-def require_below_yield(case: Case, material: Material) -> tuple[str, ...]:
+def require_below_yield(limits: LimitsSpec, material: Material, where: Where) -> tuple[str, ...]:
     """Refuse a limit of stress beyond the strength of a material; a warning where it is allowed.
 
     Raises
@@ -71,29 +74,33 @@ def require_below_yield(case: Case, material: Material) -> tuple[str, ...]:
     CaseError
         With file and line, unless the case states ``beyond_yield``.
     """
-    limits, strength = case.limits, material.yield_strength
+    strength = material.yield_strength
     if words := beyond_yield(limits, strength, material.youngs_modulus, name=material.name):
-        raise CaseError(f"{case.where('limits.stress')}: {words}")
+        raise CaseError(f"{where('limits.stress')}: {words}")
     remark = beyond_yield_warning(limits, strength, name=material.name)
     return (remark,) if remark else ()
 
 
-def cell_parameters(case: Case, family: CellFamily) -> dict[str, float]:
+def cell_parameters(
+    stated: Mapping[str, float], family: CellFamily, where: Where
+) -> dict[str, float]:
     """Defaults of the family with what the case states."""
-    unknown = sorted(set(case.lattice.parameters) - set(family.parameters))
+    unknown = sorted(set(stated) - set(family.parameters))
     if unknown:
         raise CaseError(
-            f"{case.where('lattice.parameters')}: {', '.join(unknown)} is no parameter of cell "
+            f"{where('lattice.parameters')}: {', '.join(unknown)} is no parameter of cell "
             f"'{family.name}', which has {', '.join(sorted(family.parameters)) or 'none'}"
         )
-    return {**family.parameters, **case.lattice.parameters}
+    return {**family.parameters, **stated}
 
 
 def density_bounds(
-    case: Case,
+    spec: LatticeSpec,
+    printer: PrintSpec | None,
     cell: Cell,
     law: ScalingLaw | PlannedLaw | None,
     least_size: float,
+    where: Where,
 ) -> tuple[tuple[float, float], list[str]]:
     """Intersect the density windows and say which one narrowed the user's.
 
@@ -107,28 +114,27 @@ def density_bounds(
     CaseError
         If nothing is left, or no density has walls as thick as the printer needs.
     """
-    low, high = case.lattice.densities
+    low, high = spec.densities
     windows = {f"cell family '{cell.name}'": cell.window}
     if law is not None:
         windows[f"law '{law.name}'"] = law.window
-    silent = set() if "density" in case.lattice.model_fields_set else set(windows)
-    spec = case.lattice
+    silent = set() if "density" in spec.model_fields_set else set(windows)
     if spec.wall is not None:
         sizes = (spec.size[0], spec.size[-1])
         try:
             fitting = densities_for_sizes(cell, spec.wall, sizes)
         except DensityError as error:
-            raise CaseError(f"{case.where('lattice.wall')}: {error}") from error
+            raise CaseError(f"{where('lattice.wall')}: {error}") from error
         windows[f"walls of {spec.wall:g} mm in cells of {spec.size_words}"] = fitting
-    elif case.print is not None and case.print.min_wall is not None:
+    elif printer is not None and printer.min_wall is not None:
         if spec.graded_size:
             # Cells are largest where the density is least.
             least_size = spec.size[-1]
         try:
-            floor = density_for_wall(cell, case.print.min_wall, least_size)
+            floor = density_for_wall(cell, printer.min_wall, least_size)
         except DensityError as error:
-            raise CaseError(f"{case.where('print.min_wall')}: {error}") from error
-        windows[f"[print] min_wall {case.print.min_wall:g} mm"] = (floor, 1.0)
+            raise CaseError(f"{where('print.min_wall')}: {error}") from error
+        windows[f"[print] min_wall {printer.min_wall:g} mm"] = (floor, 1.0)
     warnings = []
     for name, (a, b) in windows.items():
         if name not in silent and (a > low + 1e-9 or b < high - 1e-9):
@@ -140,14 +146,38 @@ def density_bounds(
     if low > high:
         listed = "; ".join(f"{n}: [{a:.4g}, {b:.4g}]" for n, (a, b) in windows.items())
         raise CaseError(
-            f"{case.where('lattice.density')}: {list(case.lattice.densities)} has nothing in "
-            f"common with the windows of what it uses ({listed}); widen it or choose another cell "
-            f"or law"
+            f"{where('lattice.density')}: {list(spec.densities)} has nothing in common "
+            f"with the windows of what it uses ({listed}); widen it or choose another cell or law"
         )
     if high - low <= NO_WIDTH * high:
         warnings.append(
-            f"{case.where('lattice.density')}: the density window [{low:.4g}, {high:.4g}] has no "
+            f"{where('lattice.density')}: the density window [{low:.4g}, {high:.4g}] has no "
             f"width: one lattice of that density is judged, and none is looked for; widen it to "
             f"find the lightest"
         )
     return (low, high), warnings
+
+
+def planned_densities(
+    lattice: LatticeSpec,
+    limits: LimitsSpec,
+    printer: PrintSpec | None,
+    registry: Registry,
+    cell: Cell,
+    least_size: float,
+    where: Where,
+    *,
+    poissons_ratio: float,
+) -> tuple[PlannedLaw, tuple[float, float], list[str]]:
+    """The law that a cell will have, its densities, and what narrowed the user's.
+
+    Raises
+    ------
+    CaseError, DensityError
+        As `density_bounds` and `planned_law`.
+    """
+    # The window of the cell itself is tested before a law is looked for.
+    density_bounds(lattice, printer, cell, None, least_size, where)
+    with locating(where, "lattice.law"):
+        law = planned_law(lattice, limits, registry, cell, where, poissons_ratio=poissons_ratio)
+    return law, *density_bounds(lattice, printer, cell, law, least_size, where)

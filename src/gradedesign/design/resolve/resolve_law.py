@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.common.system.progress import Event, Listener, ignore
-from gradedesign.design.case.schema import Case
+from gradedesign.common.values.locate import Where
 from gradedesign.design.resolve.planned_law import (
     changed_parameters,
     planned_law,
@@ -15,8 +15,10 @@ from gradedesign.design.resolve.planned_law import (
 )
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.geometry.cell.cell import Cell
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.mechanics.homogenise.cached_table import computed_law
 from gradedesign.mechanics.homogenise.cell_properties import CellProperties
+from gradedesign.mechanics.limits.limits_schema import LimitsSpec
 from gradedesign.mechanics.material.long_waves import critical_long_waves
 from gradedesign.mechanics.material.power_fit import gibson_ashby
 from gradedesign.mechanics.material.scaling_law import ScalingLaw, has_strength
@@ -27,9 +29,11 @@ RATIO_TOLERANCE = 0.05
 
 
 def resolve_law(
-    case: Case,
+    lattice: LatticeSpec,
+    limits: LimitsSpec,
     registry: Registry,
     cell: Cell,
+    where: Where,
     on_event: Listener = ignore,
     *,
     poissons_ratio: float,
@@ -51,8 +55,8 @@ def resolve_law(
     DensityError, LatticeError, SolverError
         As `computed_law` and `gibson_ashby`.
     """
-    edges = case.lattice.edges
-    plan = planned_law(case, registry, cell, poissons_ratio=poissons_ratio)
+    edges = lattice.edges
+    plan = planned_law(lattice, limits, registry, cell, where, poissons_ratio=poissons_ratio)
     law = plan.known
     if law is None:
         least, most = plan.minutes
@@ -74,13 +78,13 @@ def resolve_law(
                 )
             )
 
-        law = computed_law(cell, poissons_ratio, plan.voxels, edges, case.lattice.densities, tell)
+        law = computed_law(cell, poissons_ratio, plan.voxels, edges, lattice.densities, tell)
         remark = f"{plan.why}, so it was computed on {plan.voxels}^3 voxels"
-        if case.lattice.own_cell is None:
+        if lattice.own_cell is None:
             remark += f"; 'gradedesign homogenise {cell.name}' says more"
         if plan.fitted:
-            law = gibson_ashby(law, case.lattice.densities)
-            require_strength(case, law)
+            law = gibson_ashby(law, lattice.densities)
+            require_strength(lattice, limits, law, where)
         return law, (remark,)
     if law.kind == "stated":
         return law, ()

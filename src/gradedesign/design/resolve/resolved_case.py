@@ -8,7 +8,7 @@ from gradedesign.common.system.progress import report_step
 from gradedesign.common.values.locate import locating
 from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.component_place import component_place
-from gradedesign.design.resolve.exclusion import judging_zones
+from gradedesign.design.resolve.exclusion import require_judged, zones_of_supports
 from gradedesign.design.resolve.expected_design import expected_design
 from gradedesign.design.resolve.explicit_analysis import explicit_analysis
 from gradedesign.design.resolve.fitting_part import fitting_part
@@ -21,12 +21,12 @@ from gradedesign.design.resolve.load_balance import (
     yielding_loads,
 )
 from gradedesign.design.resolve.open_loads import open_load_warnings
-from gradedesign.design.resolve.planned_law import PlannedLaw, planned_law
+from gradedesign.design.resolve.planned_law import PlannedLaw
 from gradedesign.design.resolve.registry import Registry, lookup
 from gradedesign.design.resolve.resolve import (
     case_material,
     cell_parameters,
-    density_bounds,
+    planned_densities,
     require_below_yield,
 )
 from gradedesign.design.resolve.stated_directions import stated_directions
@@ -35,6 +35,7 @@ from gradedesign.design.resolve.zones import ResolvedZone, ResolvedZones, resolv
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.geometry.formats.exporter import PlannedPrint
 from gradedesign.geometry.lattice.cell_layout import CellLayout
 from gradedesign.geometry.lattice.component_kind import composed, with_cuts
 from gradedesign.geometry.lattice.components.zone import Zones
@@ -51,6 +52,7 @@ from gradedesign.mechanics.explicit.analysis import ExplicitAnalysis
 from gradedesign.mechanics.explicit.support_zones import SupportZone
 from gradedesign.mechanics.limits.kinds import stated_limits
 from gradedesign.mechanics.limits.limit import StatedLimit
+from gradedesign.mechanics.limits.local_stress import allowed_stress
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.solver.linear_solver import LinearSolver
 
@@ -152,23 +154,24 @@ def require_printable(resolved: ResolvedCase) -> None:
     if case.run.stop_after in ("solid", "sizing"):
         return
     followed = case.lattice.graded_size or case.lattice.orientation is not None
-    require_writable(
-        case,
-        resolved.lattice_files,
-        resolved.domain,
-        None if followed else resolved.layout.cell_map,
-        resolved.cell.axes if zones is None else zones.cells.axes,
+    planned = PlannedPrint(
+        axes=resolved.cell.axes if zones is None else zones.cells.axes,
+        cell_map=None if followed else resolved.layout.cell_map,
+        domain=resolved.domain,
+        layer_height=None if case.print is None else case.print.layer_height,
     )
+    require_writable(resolved.lattice_files, planned, case.where)
 
 
 def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
     """The case as if it had no zones."""
-    material = case_material(case, registry)
-    yielding = require_below_yield(case, material)
+    material = case_material(case.material, registry, case.where)
+    yielding = require_below_yield(case.limits, material, case.where)
     with locating(case.where, "lattice.cell"):
         family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
-    parameters = cell_parameters(case, family)
-    files, solver = lattice_files(case, registry), linear_solver(case, registry)
+    parameters = cell_parameters(case.lattice.parameters, family, case.where)
+    files = lattice_files(case.output.formats, registry, case.where)
+    solver = linear_solver(case.run.solver, registry, case.where)
     mesher = _mesher(case, registry, "part.mesher", case.part.mesher or PYTETWILD.name)
     surface_mesher = _mesher(case, registry, "run.mesher", case.run.mesher)
     analysis = explicit_analysis(case, registry)
@@ -181,16 +184,15 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
     place = component_place(case, part, [cell])
     domain = composed(place, registry.components)
     # Read for its refusals: directions are followed once the part is meshed.
-    stated_directions(case, domain.distance)
+    stated_directions(case.lattice.orientation, domain.distance, case.run.memory, case.where)
     layout = placed_layout(case.lattice, case.where, part, domain)
-    # The window of the cell itself is tested before a law is looked for.
-    density_bounds(case, cell, None, layout.least)
-    with locating(case.where, "lattice.law"):
-        law = planned_law(case, registry, cell, poissons_ratio=material.poissons_ratio)
-    bounds, narrowed = density_bounds(case, cell, law, layout.least)
+    law, bounds, narrowed = planned_densities(
+        case.lattice, case.limits, case.print, registry, cell, layout.least, case.where,
+        poissons_ratio=material.poissons_ratio,
+    )  # fmt: skip
     expected = expected_design(domain, cell, layout, bounds)
     domain = with_cuts(place, registry.components, expected, layout.least)
-    balances = load_balances(case, part, material.density)
+    balances = load_balances(case.load_case, part, material.density, case.where)
     return ResolvedCase(
         case=case,
         material=material,
@@ -212,12 +214,23 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
             *yielding,
             *_shape_warnings(case, part, domain, layout),
             *balance_warnings(balances),
-            *yielding_loads(case, part, balances, material),
-            *open_load_warnings(case, part, domain, layout.typical),
+            *yielding_loads(case.load_case, part, balances, material, case.where),
+            *open_load_warnings(case.load_case, part, domain, layout.typical),
         ),
         narrowed=tuple(narrowed),
-        support_zones=judging_zones(case, part, material, inner_points(domain), layout),
+        support_zones=_judging_zones(case, part, material, domain, layout),
     )
+
+
+def _judging_zones(
+    case: Case, part: Part, material: Material, domain: DesignDomain, layout: CellLayout
+) -> tuple[SupportZone, ...]:
+    """Zones around supports; refused where they leave too little to a limit of stress."""
+    size, inside = case.part.element_size, inner_points(domain)
+    zones = zones_of_supports(case.load_case, case.limits, size, part, inside, layout)
+    if allowed_stress(case.limits, material) is not None:
+        require_judged(zones, inside, layout.points, case.where)
+    return zones
 
 
 def _shape_warnings(
@@ -227,7 +240,14 @@ def _shape_warnings(
     return (
         *part.report.warnings,
         *size_warnings(case.lattice, case.part, case.where, part),
-        *thin_wall_warnings(case, part, domain, layout),
+        *thin_wall_warnings(
+            (case.print and case.print.min_wall) or 0.0,
+            case.lattice.rotation,
+            part,
+            domain,
+            layout,
+            case.where,
+        ),
         *domain.notes,
     )
 
@@ -253,7 +273,8 @@ def stated_zones(resolved: ResolvedCase) -> tuple[ResolvedZone, ...]:
     return (
         ResolvedZone(
             name="lattice",
-            case=resolved.case,
+            lattice=resolved.case.lattice,
+            where=resolved.case.where,
             cell=resolved.cell,
             law=resolved.law,
             bounds=resolved.bounds,

@@ -23,7 +23,7 @@ from gradedesign.design.resolve.resolved_case import (
     resolve_case,
 )
 from gradedesign.design.resolve.stressed_skins import with_stressed_skins
-from gradedesign.design.resolve.symmetry import symmetry_warnings
+from gradedesign.design.resolve.symmetry import symmetry_planes, symmetry_warnings
 from gradedesign.design.resolve.zone_laws import ZoneLaws, zone_laws, zoning
 from gradedesign.design.resolve.zoning import zone_windows, zoned_laws
 from gradedesign.errors import CaseError
@@ -76,14 +76,17 @@ class Setup:
 def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setup:
     """Resolve names, read and mesh the part, find its regions, apply its loads."""
     resolved = resolve_case(case, registry)
-    case = resolved.case
-    nu = resolved.material.poissons_ratio
+    case, lattice, cell = resolved.case, resolved.case.lattice, resolved.cell
     with locating(case.where, "lattice.law"):
-        law, law_warnings = resolve_law(case, registry, resolved.cell, on_event, poissons_ratio=nu)
-    bounds, narrowed = density_bounds(case, resolved.cell, law, resolved.layout.least)
+        law, law_warnings = resolve_law(
+            lattice, case.limits, registry, cell, case.where, on_event,
+            poissons_ratio=resolved.material.poissons_ratio,
+        )  # fmt: skip
+    least = resolved.layout.least
+    bounds, narrowed = density_bounds(lattice, case.print, cell, law, least, case.where)
     laws = zone_laws(resolved, registry, law, on_event)
     with locating(case.where, "part.mesh_size"), stepping("meshing the part"):
-        mesh = part_tets(case, resolved.part, resolved.mesher)
+        mesh = part_tets(case.part, resolved.part, resolved.mesher, case.run)
     space = tet_space(mesh, 2)
     resolved = with_stressed_skins(resolved, registry.components, space, on_event)
     report_step("supports, loads and solid volume fractions of the part")
@@ -92,7 +95,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     windows = (bounds,) if laws is None else laws.bounds
     analysable = affordable(resolved, windows, signed_volumes(mesh), shares)
     cells = CellChoice(
-        cell=resolved.cell,
+        cell=cell,
         law=law,
         bounds=analysable.bounds,
         elements_per_wall=analysable.elements_per_wall,
@@ -122,7 +125,12 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
             *analysable.warnings,
             *(*resolved.warnings, *law_warnings, *narrowed, *zone_warnings, *limit_warnings),
             *layout_warnings(cells.layout, law.name),
-            *symmetry_warnings(case, resolved.part, resolved.cell, cells.layout),
+            *symmetry_warnings(
+                symmetry_planes(case.load_case, resolved.part, case.where),
+                lattice.skin,
+                cell,
+                cells.layout,
+            ),
         ),
     )
 
@@ -181,13 +189,14 @@ def placed_problem(
 ) -> tuple[Problem, tuple[str, ...]]:
     """Loads, supports and limits of a case on the tetrahedra of its part; warnings of limits."""
     case, part, mesh = resolved.case, resolved.part, space.mesh
-    facets = part_facets(case, part, mesh, used_regions(case, resolved.limits))
+    names = used_regions(case.load_case, resolved.limits)
+    facets = part_facets(part, mesh, names, case.part.element_size)
     zones = resolved.support_zones
     evaluated = evaluated_at(centroids(mesh), zones)
     volumes = signed_volumes(mesh)
     if allowed_stress(case.limits, resolved.material) is not None:
         _require_judged(case, evaluated, volumes, volumes * (1 - shares))
-    loads = held_loads(case, space, part, facets)
+    loads = held_loads(case.load_case, space, part, facets, case.where)
     limits, warnings = made_limits(
         kinds,
         case.limits,

@@ -11,7 +11,7 @@ from gradedesign.common.system.progress import Event, Listener, ignore, report_s
 from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.setup import Setup
 from gradedesign.design.resolve.thin_walls import median_thickness
-from gradedesign.design.resolve.zones import zone_case
+from gradedesign.design.resolve.zones import zone_lattice
 from gradedesign.errors import ResourceError
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.lattice.cell_layout import CellLayout
@@ -61,7 +61,7 @@ def why_periodic(
         return "the case switches size effects off"
     if domain.ties_faces:
         return "a skin ties the cells at the faces, and only free faces are computed"
-    own = [zone_case(case, k).lattice for k in range(len(case.zone))]
+    own = [zone_lattice(lattice, zone, k, case.where)[0] for k, zone in enumerate(case.zone)]
     if any((o.cell, o.parameters) != (lattice.cell, lattice.parameters) for o in own):
         return "cells differ from zone to zone, and only walls of one cell are computed"
     if not _straight(case):
@@ -75,7 +75,7 @@ def why_periodic(
             f"walls of cell '{cell.name}' at density {low:.3g} are too thin for "
             f"{RESOLUTIONS[-1]} voxels along a cell"
         )
-    across = median_thickness(case, part, layout) / layout.least
+    across = median_thickness(case.lattice.rotation, part, layout) / layout.least
     if across >= FEW_CELLS:
         return f"half of the lattice has {across:.2g} cells across or more"
     return ""
@@ -94,7 +94,7 @@ def periodic_warnings(case: Case, part: Part, layout: CellLayout, reason: str) -
     Nothing where the case switches it off, where half of the lattice has `FEW_CELLS` cells across,
     or less than one, which `thin_wall_warnings` tells.
     """
-    median = median_thickness(case, part, layout)
+    median = median_thickness(case.lattice.rotation, part, layout)
     if median < layout.least or median >= FEW_CELLS * layout.least:
         return ()
     if not reason or not case.lattice.size_effects:
@@ -178,5 +178,7 @@ def _cut_share(setup: Setup) -> FloatArray:
     if _straight(problem.case):
         return cut_share(layout.cell_map, problem.part, problem.domain, model.space.mesh, lattice)
     # Faces of walls are not found along curved or graded cells: all count as one wall.
-    across = median_thickness(problem.case, problem.part, layout) / max(problem.case.lattice.size)
+    across = median_thickness(problem.case.lattice.rotation, problem.part, layout) / max(
+        problem.case.lattice.size
+    )
     return np.full(lattice.size, share_between_faces(np.asarray(across)))

@@ -6,21 +6,26 @@ import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.values.formula import parse_formula
-from gradedesign.common.values.locate import locating
-from gradedesign.design.case.schema import Case
+from gradedesign.common.values.locate import Where, locating
 from gradedesign.geometry.formats.vtu_fields import read_vtu_tensor
 from gradedesign.geometry.lattice.formula_density import formula_field
+from gradedesign.geometry.maps.orientation_schema import OrientationSpec
 from gradedesign.geometry.tets.point_location import build_locator, locate
 
 
-def stated_directions(case: Case, distance: Field) -> Field | None:
+def stated_directions(
+    spec: OrientationSpec | None, distance: Field, memory: int, where: Where
+) -> Field | None:
     """Tensors whose principal directions a case states, without any analysis.
 
     Parameters
     ----------
-    case : Case
+    spec : OrientationSpec or None
     distance : callable
         Signed distance of the part.
+    memory : int, bytes
+        That a file may take.
+    where : Where
 
     Returns
     -------
@@ -33,7 +38,6 @@ def stated_directions(case: Case, distance: Field) -> Field | None:
     CaseError
         If a file cannot be used.
     """
-    spec = case.lattice.orientation
     if spec is None:
         return None
     if spec.direction is not None:
@@ -47,8 +51,8 @@ def stated_directions(case: Case, distance: Field) -> Field | None:
         return along
     if spec.vtu is None:
         return None
-    with locating(case.where, "lattice.orientation.vtu"):
-        mesh, values, at = read_vtu_tensor(spec.vtu, spec.field, memory_limit_bytes=case.run.memory)
+    with locating(where, "lattice.orientation.vtu"):
+        mesh, values, at = read_vtu_tensor(spec.vtu, spec.field, memory_limit_bytes=memory)
     locator = build_locator(mesh)
 
     def read(points: FloatArray) -> FloatArray:

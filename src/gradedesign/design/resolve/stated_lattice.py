@@ -7,14 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from gradedesign.common.system.progress import report_step
-from gradedesign.common.values.locate import locating
 from gradedesign.design.case.schema import Case
-from gradedesign.design.printing.build_volume import require_fits
-from gradedesign.design.printing.print_checks import require_voxels_fit
 from gradedesign.design.resolve.component_place import component_place
+from gradedesign.design.resolve.fitting_part import installed_part
 from gradedesign.design.resolve.lattice_files import LatticeFile, lattice_files, require_writable
-from gradedesign.design.resolve.part_readers import part_readers
-from gradedesign.design.resolve.part_repairer import part_repairer
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.resolve import case_material
 from gradedesign.design.resolve.stated_cells import (
@@ -26,12 +22,13 @@ from gradedesign.design.resolve.stated_cells import (
 from gradedesign.design.resolve.stated_density import stated_density
 from gradedesign.design.resolve.stated_map import stated_map
 from gradedesign.geometry.cell.cells import Cells
+from gradedesign.geometry.formats.exporter import PlannedPrint
 from gradedesign.geometry.lattice.component_kind import composed, with_cuts
 from gradedesign.geometry.lattice.density_source import DensitySource
 from gradedesign.geometry.lattice.lattice import LatticeDesign
 from gradedesign.geometry.lattice.part_room import require_cells_fit, require_lattice_left
 from gradedesign.geometry.lattice.placed_map import lattice_points
-from gradedesign.geometry.part.part import Part, read_part
+from gradedesign.geometry.part.part import Part
 from gradedesign.mechanics.material.material import Material
 
 
@@ -78,13 +75,9 @@ def stated_part(case: Case, registry: Registry) -> Part:
         Whatever is wrong, with file, line and key.
     """
     # A name that is not installed is told before the part is read, which may take seconds.
-    lattice_files(case, registry)
+    lattice_files(case.output.formats, registry, case.where)
     report_step("reading and repairing the part")
-    mend = part_repairer(case, registry)
-    with locating(case.where, "part.file"):
-        part = read_part(case, part_readers(case, registry), mend)
-    require_fits(case, part.surface)
-    require_voxels_fit(case, part.surface)
+    part = installed_part(case, registry)
     require_cells_fit(case.lattice, case.part, case.run.memory, case.where, part)
     return part
 
@@ -104,8 +97,10 @@ def stated_lattice(
     CaseError, DensityError, LatticeError, PluginError, ResourceError
         Whatever is wrong, with file, line and key.
     """
-    formats = lattice_files(case, registry)
-    material = None if case.material is None else case_material(case, registry)
+    formats = lattice_files(case.output.formats, registry, case.where)
+    material = None
+    if case.material is not None:
+        material = case_material(case.material, registry, case.where)
     report_step("density and cell map")
     cells = stated_cells(case, registry)
     place = component_place(case, part, cells.members)
@@ -122,13 +117,13 @@ def stated_lattice(
     )
     domain = with_cuts(place, registry.components, design, case.lattice.cell_size)
     design = replace(design, domain=domain)
-    require_writable(
-        case,
-        formats,
-        design.domain,
-        cell_map,
-        cells.axes,
+    planned = PlannedPrint(
+        axes=cells.axes,
+        cell_map=cell_map,
+        domain=design.domain,
+        layer_height=None if case.print is None else case.print.layer_height,
     )
+    require_writable(formats, planned, case.where)
     return StatedLattice(
         case=case,
         part=part,

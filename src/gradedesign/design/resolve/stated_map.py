@@ -57,15 +57,16 @@ def stated_map(
     """
     require_one_thickness(case.lattice, case.where, cell.family)
     wanted: Field | None = None
-    tensor_of = stated_directions(case, distance)
-    frames = None if tensor_of is None else oriented_frames(case, part, tensor_of)
+    spec = case.lattice
+    tensor_of = stated_directions(spec.orientation, distance, case.run.memory, case.where)
+    frames = None if tensor_of is None else oriented_frames(spec, part, tensor_of, case.where)
     if case.lattice.graded_size and isinstance(density, DensityGrid):
         with locating(case.where, "lattice.size"):
             ends = (float(density.values.min()), float(density.values.max()))
             wanted = wanted_size(case.lattice, cell, density, ends)
             cell_map = graded_map(case.lattice, case.where, part, wanted, frames)
     elif frames is not None:
-        wanted = constant_size(case)
+        wanted = constant_size(case.lattice.edges[0])
         cell_map = graded_map(case.lattice, case.where, part, wanted, frames)
     else:
         require_warps_reach(case.lattice, case.where, points)
@@ -76,5 +77,5 @@ def stated_map(
         require_unfolded(report)
     data = asdict(report)
     if tensor_of is not None:
-        data["orientation"] = alignment(case, cell_map, tensor_of, points)
+        data["orientation"] = alignment(case.lattice.rotation, cell_map, tensor_of, points)
     return cell_map, data

@@ -125,8 +125,13 @@ def stress_share(resolved: ResolvedCase, space: TetSpace) -> tuple[Field, float]
 def _solid_stress(resolved: ResolvedCase, space: TetSpace) -> FloatArray:
     """Mean von Mises stress of every tetrahedron in its worst load case, ``(M,)``, MPa."""
     case, material = resolved.case, resolved.material
-    facets = part_facets(case, resolved.part, space.mesh, used_regions(case, resolved.limits))
-    loads = held_loads(case, space, resolved.part, facets)
+    facets = part_facets(
+        resolved.part,
+        space.mesh,
+        used_regions(case.load_case, resolved.limits),
+        case.part.element_size,
+    )
+    loads = held_loads(case.load_case, space, resolved.part, facets, case.where)
     stiffness = dense_stiffness(space, material)
     worst = np.zeros(space.element_count)
     solutions = solid_solutions(space, loads, material, resolved.solver)

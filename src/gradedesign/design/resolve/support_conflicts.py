@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.design.case.schema import Case
+from gradedesign.common.values.locate import Where
 from gradedesign.errors import CaseError
 from gradedesign.geometry.part.part import Part
 from gradedesign.geometry.part.regions import Region
 from gradedesign.geometry.part.signed_distance import region_distance
-from gradedesign.mechanics.fe.load_schema import FixSpec
+from gradedesign.mechanics.fe.load_schema import FixSpec, LoadCaseSpec
 from gradedesign.mechanics.fe.supports import disagrees
 
 #: Regions closer than this share of the part's diagonal touch: the rounding of cut corners.
 TOUCHING = 1e-9
 
 
-def require_agreeing(case: Case, part: Part) -> None:
+def require_agreeing(load_cases: Sequence[LoadCaseSpec], part: Part, where: Where) -> None:
     """Refuse load cases of which two supports contradict each other on a common point.
 
     Regions that share an edge, a corner or an area have nodes of every mesh in common, which
@@ -31,7 +32,7 @@ def require_agreeing(case: Case, part: Part) -> None:
         Naming both supports by file, line, region and value, and a common point.
     """
     tolerance = TOUCHING * part.diagonal
-    for number, spec in enumerate(case.load_case):
+    for number, spec in enumerate(load_cases):
         for first, second in combinations(range(len(spec.fix)), 2):
             one, other = spec.fix[first], spec.fix[second]
             differing = _differing(one, other)
@@ -43,9 +44,9 @@ def require_agreeing(case: Case, part: Part) -> None:
             axis, key = "xyz"[differing[0]], f"load_case[{number}].fix"
             wanted = [fix.displacement[differing[0]] for fix in (one, other)]
             raise CaseError(
-                f"{case.where(f'{key}[{second}]')}: load case '{spec.name}': the support of "
+                f"{where(f'{key}[{second}]')}: load case '{spec.name}': the support of "
                 f"region '{other.region}' prescribes the {axis} displacement {wanted[1]:g} mm, "
-                f"that of region '{one.region}' ({case.where(f'{key}[{first}]')}) {wanted[0]:g} "
+                f"that of region '{one.region}' ({where(f'{key}[{first}]')}) {wanted[0]:g} "
                 f"mm, and the two regions meet, as at ({', '.join(f'{c:.4g}' for c in at)}) mm; "
                 f'leave {axis} free in one of them, as displacement with "free" does, or choose '
                 f"regions that do not touch"

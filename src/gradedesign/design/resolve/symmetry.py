@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from gradedesign.design.case.schema import Case
+from gradedesign.common.values.locate import Where
 from gradedesign.errors import CaseError
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.shape import evaluate_shape
 from gradedesign.geometry.lattice.cell_layout import CellLayout
+from gradedesign.geometry.lattice.skin_schema import SkinSpec
 from gradedesign.geometry.part.part import Part
 from gradedesign.geometry.part.regions import Region
 from gradedesign.geometry.triangles.surface_mesh import area_vectors
@@ -55,8 +56,10 @@ class SymmetryPlane:
         return f"{self.region} ({'xyz'[self.axis]} = {self.at:.4g} mm)"
 
 
-def symmetry_planes(case: Case, part: Part) -> tuple[SymmetryPlane, ...]:
-    """Planes of symmetry that a case states on its part.
+def symmetry_planes(
+    load_cases: Sequence[LoadCaseSpec], part: Part, where: Where
+) -> tuple[SymmetryPlane, ...]:
+    """Planes of symmetry that load cases state on a part.
 
     Raises
     ------
@@ -64,16 +67,18 @@ def symmetry_planes(case: Case, part: Part) -> tuple[SymmetryPlane, ...]:
         If a region is no plane across an axis that bounds the whole part.
     """
     planes: dict[str, SymmetryPlane] = {}
-    for number, spec in enumerate(case.load_case):
+    for number, spec in enumerate(load_cases):
         for place, fix in enumerate(spec.fix):
             if fix.symmetry and fix.region not in planes:
-                key = case.where(f"load_case[{number}].fix[{place}].symmetry")
+                key = where(f"load_case[{number}].fix[{place}].symmetry")
                 planes[fix.region] = _plane(part, part.regions[fix.region], key)
     return tuple(planes.values())
 
 
-def with_symmetry(case: Case, part: Part) -> Case:
-    """The case with its planes of symmetry held in their normals.
+def with_symmetry(
+    load_cases: Sequence[LoadCaseSpec], part: Part, where: Where
+) -> tuple[LoadCaseSpec, ...]:
+    """Load cases with their planes of symmetry held in their normals.
 
     Raises
     ------
@@ -81,15 +86,12 @@ def with_symmetry(case: Case, part: Part) -> Case:
         As `symmetry_planes`; if a plane is not held so in every load case, if two are parallel, or
         if what acts has no mirror image.
     """
-    planes = symmetry_planes(case, part)
-    if not planes:
-        return case
-    _require_one_part(case, part, planes)
-    load_cases = tuple(
+    planes = symmetry_planes(load_cases, part, where)
+    _require_one_part(load_cases, part, planes, where)
+    return tuple(
         spec.model_copy(update={"fix": tuple(_held(fix, planes) for fix in spec.fix)})
-        for spec in case.load_case
+        for spec in load_cases
     )
-    return case.model_copy(update={"load_case": load_cases})
 
 
 def _held(fix: FixSpec, planes: Sequence[SymmetryPlane]) -> FixSpec:
@@ -135,35 +137,41 @@ def _plane(part: Part, region: Region, key: str) -> SymmetryPlane:
     return SymmetryPlane(region=region.name, axis=axis, at=at)
 
 
-def _require_one_part(case: Case, part: Part, planes: Sequence[SymmetryPlane]) -> None:
+def _require_one_part(
+    load_cases: Sequence[LoadCaseSpec],
+    part: Part,
+    planes: Sequence[SymmetryPlane],
+    where: Where,
+) -> None:
     """Refuse planes that leave no one mirrored part, and loads that have no mirror image."""
     axes = [plane.axis for plane in planes]
-    for number, spec in enumerate(case.load_case):
-        where = case.where(f"load_case[{number}].fix")
+    for number, spec in enumerate(load_cases):
+        key = f"load_case[{number}]"
+        held = where(f"{key}.fix")
         symmetric = {fix.region for fix in spec.fix if fix.symmetry}
         for plane in planes:
             if axes.count(plane.axis) > 1:
                 raise CaseError(
-                    f"{where}: two planes of symmetry across {'xyz'[plane.axis]}, so that the part "
+                    f"{held}: two planes of symmetry across {'xyz'[plane.axis]}, so that the part "
                     f"would repeat without end; expected one; hold the other by components = "
                     f'"{"xyz"[plane.axis]}"'
                 )
             if plane.region not in symmetric:
                 raise CaseError(
-                    f"{where}: load case '{spec.name}' does not hold region '{plane.region}' by "
+                    f"{held}: load case '{spec.name}' does not hold region '{plane.region}' by "
                     f"symmetry, as another one does: the whole part is mirrored in all of them or "
                     f'in none; add {{region = "{plane.region}", symmetry = true}}'
                 )
-            _require_mirrored(case, part, number, spec, plane)
+            _require_mirrored(part, spec, plane, where, key)
 
 
 def _require_mirrored(
-    case: Case, part: Part, number: int, spec: LoadCaseSpec, plane: SymmetryPlane
+    part: Part, spec: LoadCaseSpec, plane: SymmetryPlane, where: Where, key: str
 ) -> None:
     """Refuse loads and supports that have no mirror image on a symmetry plane."""
     if spec.acceleration[plane.axis]:
         raise CaseError(
-            f"{case.where(f'load_case[{number}].acceleration')}: found "
+            f"{where(f'{key}.acceleration')}: found "
             f"{spec.acceleration[plane.axis] / 1e3:.4g} m/s^2 across the plane of symmetry "
             f"{plane.words}: its mirror image acts the other way, while a body accelerates as one; "
             f"expected 0 m/s^2, or the whole part"
@@ -172,7 +180,7 @@ def _require_mirrored(
     for place, load in enumerate(spec.load):
         if cut & set(part.regions[load.region].triangles.tolist()):
             raise CaseError(
-                f"{case.where(f'load_case[{number}].load[{place}].region')}: region "
+                f"{where(f'{key}.load[{place}].region')}: region "
                 f"'{load.region}' lies in the plane of symmetry {plane.words}, where the whole "
                 f"part has no face; expected a load on a face that it has"
             )
@@ -187,19 +195,21 @@ def symmetry_data(planes: Sequence[SymmetryPlane], solid_mass_g: float) -> dict[
     return {"planes": words, "copies": times, "solid_mass_g": times * solid_mass_g}
 
 
-def symmetry_warnings(case: Case, part: Part, cell: Cell, layout: CellLayout) -> tuple[str, ...]:
+def symmetry_warnings(
+    planes: Sequence[SymmetryPlane], skins: Sequence[SkinSpec], cell: Cell, layout: CellLayout
+) -> tuple[str, ...]:
     """Warn of cells that do not mirror on planes of symmetry, and of skins that close them.
 
     Parameters
     ----------
-    case : Case
-    part : Part
+    planes : sequence of SymmetryPlane
+    skins : sequence of SkinSpec
     cell : Cell
     layout : CellLayout
     """
     told = []
     level = float(cell.level_of(float(np.mean(cell.window))))
-    for plane in symmetry_planes(case, part):
+    for plane in planes:
         near = np.abs(layout.points[plane.axis] - plane.at) < 0.5 * layout.typical
         points = layout.points[:, near]
         image = points.copy()
@@ -215,7 +225,7 @@ def symmetry_warnings(case: Case, part: Part, cell: Cell, layout: CellLayout) ->
                 f"{cell.name} goes on beyond it {share:.0%} of places differ; what is judged is "
                 f"this body with its mirror image, whose cells meet there, and no other lattice"
             )
-        closed = [spec for spec in case.lattice.skin if not spec.net]
+        closed = [spec for spec in skins if not spec.net]
         if any(not spec.faces or plane.region in spec.faces for spec in closed):
             told.append(
                 f"the skin closes the plane of symmetry {plane.words} too, a wall of twice its "

@@ -10,7 +10,6 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import Event, Listener
 from gradedesign.common.values.locate import locating
-from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.analysable import Analysable
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.resolve import density_bounds
@@ -66,15 +65,22 @@ def zone_laws(
         with locating(resolved.case.where, "lattice.law" if k == 0 else f"zone[{k - 1}]"):
             if number not in laws:
                 laws[number], remarks = resolve_law(
-                    zone.case,
+                    zone.lattice,
+                    resolved.case.limits,
                     registry,
                     zone.cell,
+                    zone.where,
                     on_event,
                     poissons_ratio=resolved.material.poissons_ratio,
                 )
                 warnings += [f"zone '{zone.name}': {remark}" for remark in remarks]
             zone_bounds, _ = density_bounds(
-                zone.case, zone.cell, laws[number], resolved.layout.least
+                zone.lattice,
+                resolved.case.print,
+                zone.cell,
+                laws[number],
+                resolved.layout.least,
+                zone.where,
             )
         bounds.append(zone_bounds)
     return ZoneLaws(
@@ -133,13 +139,16 @@ def zoning(
     with locating(resolved.case.where, "zone"):
         windows = zone_windows(plain, centres)
         require_windows(plain, centres, windows)
-    return _with_windows(resolved.case, plain, windows), _mix_warnings(zones.cells.members, factors)
+    zoned = _with_windows(plain, windows, uniform=resolved.case.lattice.grading == "uniform")
+    return zoned, _mix_warnings(zones.cells.members, factors)
 
 
-def _with_windows(case: Case, plain: Zoning, windows: tuple[FloatArray, FloatArray]) -> Zoning:
+def _with_windows(
+    plain: Zoning, windows: tuple[FloatArray, FloatArray], *, uniform: bool
+) -> Zoning:
     """The zoning with the densities of every tetrahedron, where they differ."""
     same = all(np.ptp(end) <= 1e-12 for end in windows)
-    if same or case.lattice.grading == "uniform":
+    if same or uniform:
         return plain
     return replace(plain, windows=windows)
 

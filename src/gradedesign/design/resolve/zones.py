@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from gradedesign.arrays import Field, FloatArray
-from gradedesign.common.values.locate import locating
+from gradedesign.common.values.locate import Where, locating
 from gradedesign.design.case.schema import Case
-from gradedesign.design.resolve.planned_law import PlannedLaw, planned_law
+from gradedesign.design.resolve.planned_law import PlannedLaw
 from gradedesign.design.resolve.registry import Registry, lookup
-from gradedesign.design.resolve.resolve import cell_parameters, density_bounds
+from gradedesign.design.resolve.resolve import cell_parameters, planned_densities
 from gradedesign.design.resolve.zoning import weights_of_cells
 from gradedesign.errors import CaseError, LatticeError
 from gradedesign.geometry.cell.calibration import calibrate
@@ -21,6 +21,8 @@ from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.neck import joining_shift, measure_neck
 from gradedesign.geometry.lattice.cell_layout import CellLayout
 from gradedesign.geometry.lattice.components.zone import Zones, require_zones_used
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
+from gradedesign.geometry.lattice.zone_schema import ZoneSpec
 from gradedesign.mechanics.material.scaling_law import has_strength
 
 
@@ -31,15 +33,18 @@ class ResolvedZone:
     Attributes
     ----------
     name : str
-    case : Case
-        The case with what the zone states in place of what ``[lattice]`` does.
+    lattice : LatticeSpec
+        ``[lattice]`` with what the zone states in its place.
+    where : Where
+        Where the keys of `lattice` stand.
     cell : Cell
     law : PlannedLaw
     bounds : (float, float)
     """
 
     name: str
-    case: Case
+    lattice: LatticeSpec
+    where: Where
     cell: Cell
     law: PlannedLaw
     bounds: tuple[float, float]
@@ -74,9 +79,10 @@ class ResolvedZones:
         return next(n for n, cell in enumerate(self.cells.members) if cell is zone.cell)
 
 
-def zone_case(case: Case, number: int) -> Case:
-    """The case with the keys of one zone in place of those of ``[lattice]``."""
-    zone, lattice = case.zone[number], case.lattice
+def zone_lattice(
+    lattice: LatticeSpec, zone: ZoneSpec, number: int, where: Where
+) -> tuple[LatticeSpec, Where]:
+    """``[lattice]`` with the keys of one zone in their place, and where these stand."""
     same = zone.cell in (None, lattice.cell)
     parameters = zone.parameters
     if parameters is None:
@@ -91,15 +97,9 @@ def zone_case(case: Case, number: int) -> Case:
     written = {
         f"lattice.{key}": f"zone[{number}].{key}"
         for key in stated
-        if f"zone[{number}].{key}" in case.lines
+        if f"zone[{number}].{key}" in where.lines
     }
-    return case.model_copy(
-        update={
-            "lattice": lattice.model_copy(update=stated),
-            "zone": (),
-            "aliases": written,
-        }
-    )
+    return lattice.model_copy(update=stated), replace(where, aliases=written)
 
 
 def resolve_zones(
@@ -138,12 +138,11 @@ def resolve_zones(
     zones, narrowed = [first], []
     for k, name in enumerate(names[1:]):
         with locating(case.where, f"zone[{k}]"):
-            zone, remarks = _resolved_zone(
-                zone_case(case, k), name, registry, layout.least, poissons_ratio
-            )
+            own = zone_lattice(case.lattice, case.zone[k], k, case.where)
+            zone, remarks = _resolved_zone(case, own, name, registry, layout.least, poissons_ratio)
         zones.append(zone)
         narrowed += [f"zone {name!r}: {remark}" for remark in remarks]
-    _require_one_law(case, zones)
+    _require_one_law(zones, case.where)
     members = tuple(dict.fromkeys(zone.cell for zone in zones))
     cells = single(first.cell)
     if len(members) > 1:
@@ -161,25 +160,32 @@ def resolve_zones(
 
 
 def _resolved_zone(
-    case: Case, name: str, registry: Registry, least: float, poissons_ratio: float
+    case: Case,
+    own: tuple[LatticeSpec, Where],
+    name: str,
+    registry: Registry,
+    least: float,
+    poissons_ratio: float,
 ) -> tuple[ResolvedZone, list[str]]:
-    """Cell, planned law and densities of a zone's own case."""
-    with locating(case.where, "lattice.cell"):
-        family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
-        cell = calibrate(family, cell_parameters(case, family))
-    density_bounds(case, cell, None, least)
-    with locating(case.where, "lattice.law"):
-        law = planned_law(case, registry, cell, poissons_ratio=poissons_ratio)
-    bounds, narrowed = density_bounds(case, cell, law, least)
-    return ResolvedZone(name=name, case=case, cell=cell, law=law, bounds=bounds), narrowed
+    """Cell, planned law and densities of a zone's own lattice."""
+    lattice, where = own
+    with locating(where, "lattice.cell"):
+        family: CellFamily = lookup(registry, "cell_families", lattice.cell)
+        cell = calibrate(family, cell_parameters(lattice.parameters, family, where))
+    law, bounds, narrowed = planned_densities(
+        lattice, case.limits, case.print, registry, cell, least, where,
+        poissons_ratio=poissons_ratio,
+    )  # fmt: skip
+    zone = ResolvedZone(name=name, lattice=lattice, where=where, cell=cell, law=law, bounds=bounds)
+    return zone, narrowed
 
 
-def _require_one_law(case: Case, zones: Sequence[ResolvedZone]) -> None:
+def _require_one_law(zones: Sequence[ResolvedZone], where: Where) -> None:
     """Refuse two laws of one cell."""
     for first, second in pairwise(sorted(zones, key=lambda zone: id(zone.cell))):
         if first.cell is second.cell and first.law.name != second.law.name:
             raise CaseError(
-                f"{case.where('zone')}: zones {first.name!r} and {second.name!r} have the same "
+                f"{where('zone')}: zones {first.name!r} and {second.name!r} have the same "
                 f"cell, but the laws '{first.law.name}' and '{second.law.name}'; name one law for "
                 f"both"
             )
@@ -191,7 +197,7 @@ def _require_strengths(zones: Sequence[ResolvedZone]) -> None:
         law = zone.law.known
         if law is not None and not has_strength(law):
             raise CaseError(
-                f"{zone.case.where('lattice.law')}: law '{law.name}' has no strength, which cells "
+                f"{zone.where('lattice.law')}: law '{law.name}' has no strength, which cells "
                 f"that pass into others need; take a law with strength"
             )
 

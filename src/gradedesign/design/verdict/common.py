@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import platform
 from importlib import metadata
 from typing import Any
@@ -13,10 +14,10 @@ from gradedesign.design.resolve.resolve_law import buckling_basis, stress_basis
 from gradedesign.design.resolve.setup import Setup
 from gradedesign.design.resolve.size_effects import why_periodic
 from gradedesign.design.resolve.symmetry import symmetry_data, symmetry_planes
-from gradedesign.design.verdict.provenance import material_data
 from gradedesign.design.verdict.zones import zone_data
 from gradedesign.geometry.part.file_body import file_body_data
 from gradedesign.mechanics.limits.verdict import unsure_words
+from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 
 #: Libraries whose versions the report names.
@@ -35,14 +36,16 @@ def solid_mass(problem: Problem) -> float:
 
 def common_entries(setup: Setup, registry: Registry) -> dict[str, Any]:
     """Entries of a `RunResult` that follow from the case alone."""
-    problem, cells = setup.problem, setup.cells
-    law = cells.law
+    problem, cells, case = setup.problem, setup.cells, setup.problem.case
+    law, part = cells.law, problem.part
+    planes = symmetry_planes(case.load_case, part, case.where)
+    balances = load_balances(case.load_case, part, problem.material.density, case.where)
     return {
         "solid_mass_g": solid_mass(problem),
         "solid": setup.solid,
-        "repairs": problem.part.report.changes,
-        "file_bodies": file_body_data(problem.part.file_bodies),
-        "symmetry": symmetry_data(symmetry_planes(problem.case, problem.part), solid_mass(problem)),
+        "repairs": part.report.changes,
+        "file_bodies": file_body_data(part.file_bodies),
+        "symmetry": symmetry_data(planes, solid_mass(problem)),
         "yields": setup.solid_yields,
         "warnings": (
             *setup.solid_yields,
@@ -52,15 +55,13 @@ def common_entries(setup: Setup, registry: Registry) -> dict[str, Any]:
         ),
         "plugins": tuple(str(p) for p in registry.plugins),
         "versions": library_versions(),
-        "case_hash": problem.case.case_hash,
-        "case_name": problem.case.name,
-        "load_cases": load_case_data(
-            problem.case, load_balances(problem.case, problem.part, problem.material.density)
-        ),
+        "case_hash": case.case_hash,
+        "case_name": case.name,
+        "load_cases": load_case_data(case.load_case, balances),
         "material": material_data(problem.material),
         "budget": {
-            "time_s": problem.case.run.time,
-            "max_iterations": problem.case.run.max_iterations,
+            "time_s": case.run.time,
+            "max_iterations": case.run.max_iterations,
         },
         "law": {
             "name": law.name,
@@ -73,7 +74,7 @@ def common_entries(setup: Setup, registry: Registry) -> dict[str, Any]:
             "size_effects": size_effects_data(setup),
             "window": list(law.window),
             "coefficients": {name: value for name, value in law.coefficients},
-            "method": problem.case.lattice.method,
+            "method": case.lattice.method,
             "cell": cells.cell.name,
             "cell_source": cells.cell.family.source,
             "cell_window": list(cells.cell.window),
@@ -119,3 +120,20 @@ def library_versions() -> dict[str, str]:
         except metadata.PackageNotFoundError:
             versions[name] = "not installed"
     return versions
+
+
+def material_data(material: Material) -> dict[str, Any]:
+    """Numbers of the material, with their units, and their source."""
+    return {
+        "name": material.name,
+        "youngs_modulus_MPa": material.youngs_modulus,
+        "poissons_ratio": material.poissons_ratio,
+        # Rounded: 4.41 as stated, not 4.410000000000001.
+        "density_g_cm3": float(f"{1e9 * material.density:.12g}"),
+        # A case that limits no stress may leave it out.
+        "yield_strength_MPa": (
+            None if math.isnan(material.yield_strength) else material.yield_strength
+        ),
+        "thermal_expansion_per_K": material.thermal_expansion,
+        "source": material.source,
+    }

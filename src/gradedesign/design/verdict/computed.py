@@ -13,9 +13,9 @@ from gradedesign.design.resolve.problem import Problem
 from gradedesign.design.resolve.setup import Setup
 from gradedesign.design.resolve.solid_stress import solid_field
 from gradedesign.design.verdict.shown import Shown
+from gradedesign.geometry.formats.field_set import FieldSet
 from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.stress import von_mises
-from gradedesign.program.outputs.output import FieldSet
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -105,7 +105,7 @@ def _coarse(case: Case, slabs: SlabDensities, wall: float) -> bool:
     finest = first_step(case.lattice.cell_size, 0.0)
     return (
         slabs.measured_on == "layers"
-        or chord_tolerance(case) is not None
+        or chord_tolerance(case.print) is not None
         or wall < STEPS_PER_WALL * finest
     )
 
@@ -139,7 +139,7 @@ def _of_contour(case: Case, measured_on: str, wall: float) -> str:
             f"layers and pixels are too coarse for walls of {wall:.3g} mm (a smaller [print] "
             f"pixel_size or layer_height, larger cells or a higher density comes closer)"
         )
-    if chord := chord_tolerance(case):
+    if chord := chord_tolerance(case.print):
         return (
             f"triangles were merged within [print] chord_tolerance, {chord:g} mm, on walls of "
             f"{wall:.3g} mm (a smaller one comes closer)"

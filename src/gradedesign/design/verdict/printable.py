@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from gradedesign.design.case.schema import Case
 from gradedesign.design.printing.print_checks import (
     broken_words,
     print_data,
     print_rows,
     print_warnings,
 )
+from gradedesign.design.printing.print_schema import PrintSpec
 from gradedesign.design.printing.printability import Printability
 from gradedesign.design.printing.wall_thickness import WallThickness
 from gradedesign.design.verdict.result import RunResult
@@ -20,7 +20,7 @@ from gradedesign.mechanics.material.material import Material
 
 def with_print_limits(
     result: RunResult,
-    case: Case,
+    spec: PrintSpec | None,
     printability: Printability | None,
     material: Material | None,
 ) -> RunResult:
@@ -28,7 +28,7 @@ def with_print_limits(
 
     Sizing knows ``min_wall`` alone, so that no further iteration would mend the others.
     """
-    rows = print_rows(case, printability)
+    rows = print_rows(spec, printability)
     broken = broken_words(rows)
     status, reason, lightest = result.status, result.reason, result.lightest
     if broken:
@@ -41,7 +41,7 @@ def with_print_limits(
         reason=reason,
         limits=(*result.limits, *rows),
         measures={**result.measures, **print_data(printability)},
-        warnings=(*result.warnings, *print_warnings(case, printability, material)),
+        warnings=(*result.warnings, *print_warnings(spec, printability, material)),
     )
 
 

@@ -9,93 +9,8 @@ from pathlib import Path
 from textwrap import shorten
 from typing import Any
 
-from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.design.loop.iteration_row import Iteration, iteration_from_json
 from gradedesign.mechanics.limits.row import LimitRow, row_from_json
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LimitIteration:
-    """One limit in one iteration.
-
-    Attributes
-    ----------
-    key : LimitKey
-    name, unit : str
-    predicted : float
-        By the corrected homogenised part, before the analysis.
-    explicit : float or None
-        None where no explicit analysis measures it.
-    discrepancy : float or None
-        explicit / predicted - 1.
-    factor : float
-        Correction of the prediction that this iteration's sizing used.
-    """
-
-    key: LimitKey
-    name: str
-    unit: str
-    predicted: float
-    explicit: float | None
-    discrepancy: float | None
-    factor: float
-
-    @property
-    def label(self) -> str:
-        """Name and load case, where it has one."""
-        return f"{self.name} ({self.key.load_case})" if self.key.load_case else self.name
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Iteration:
-    """One iteration: predicted and explicit values, and the corrections they lead to.
-
-    Attributes
-    ----------
-    number : int
-        From 1.
-    lattice_mass_g, mass_g : float
-        By the explicit mesh.
-    mean_density : float
-        Of the lattice phase, as sized.
-    limits : tuple of LimitIteration
-    utilisation : float
-        Largest value over limit.
-    passed : bool
-    dofs : int
-    mesh_size_mm : float
-    spacing_mm : float
-        Grid spacing that the thinnest wall needed, less where that grid lost volume or
-        components, and at most that of the iteration before where the memory holds that.
-    seconds : float
-    stiffness_factor : float
-        Correction of the lattice's stiffness that this iteration's sizing used.
-    sizing_iterations : int
-    sizing_converged : bool
-    timing_s : mapping of stage to seconds
-        ``sizing``, ``explicit mesh``, ``explicit solve``; the rest of ``seconds`` is learning.
-    """
-
-    number: int
-    lattice_mass_g: float
-    mass_g: float
-    mean_density: float
-    limits: tuple[LimitIteration, ...]
-    utilisation: float
-    passed: bool
-    dofs: int
-    mesh_size_mm: float
-    spacing_mm: float
-    seconds: float
-    stiffness_factor: float
-    sizing_iterations: int
-    sizing_converged: bool
-    timing_s: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def measured(self) -> tuple[LimitIteration, ...]:
-        """Limits that the explicit analysis measures."""
-        return tuple(limit for limit in self.limits if limit.explicit is not None)
-
 
 #: Limits and warnings that `repr` shows, so that it fits in a terminal of 24 lines. Chosen.
 _ROWS_SHOWN, _WARNINGS_SHOWN = 6, 3
@@ -258,14 +173,6 @@ def from_json(data: Mapping[str, Any]) -> RunResult:
     for name in ("file_bodies", "load_cases"):
         plain[name] = tuple(data.get(name, ()))
     return RunResult(**{**plain, "folder": Path(data["folder"])})
-
-
-def iteration_from_json(data: Mapping[str, Any]) -> Iteration:
-    """The iteration that ``dataclasses.asdict`` made plain data of."""
-    limits = tuple(
-        LimitIteration(**{**entry, "key": LimitKey(**entry["key"])}) for entry in data["limits"]
-    )
-    return Iteration(**{**data, "limits": limits})
 
 
 def as_json(result: RunResult) -> dict[str, Any]:

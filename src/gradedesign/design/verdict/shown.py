@@ -75,6 +75,8 @@ def shown_of(
         fields=fields,
         printed=replace(printed, joints_mm3=joint_volume(analysed.design)),
         remeshed=remeshed,
-        printability=check_printed(problem.case, problem.part.surface, surface, printed.thickness),
+        printability=check_printed(
+            problem.case.print, problem.part.surface, surface, printed.thickness
+        ),
         rows=rows,
     )

@@ -13,10 +13,9 @@ from gradedesign.design.loop.stated_print import StatedPrint
 from gradedesign.design.resolve.outer_triangles import outer_data
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.stated_lattice import StatedLattice
-from gradedesign.design.verdict.common import library_versions
+from gradedesign.design.verdict.common import library_versions, material_data
 from gradedesign.design.verdict.density_warnings import BesideCells, density_warnings
 from gradedesign.design.verdict.printable import thickness_data, with_print_limits
-from gradedesign.design.verdict.provenance import material_data
 from gradedesign.design.verdict.result import RunResult
 from gradedesign.geometry.contour.islands import Islands, islands_words
 from gradedesign.geometry.lattice.joint_volume import joint_volume
@@ -74,7 +73,10 @@ def stated_result(registry: Registry, stated: StatedLattice, made: StatedPrint) 
         },
         printed={}
         if surface is None
-        else {**thickness_data(surface.thickness), **outer_data(case, part.surface)},
+        else {
+            **thickness_data(surface.thickness),
+            **outer_data(case.print, case.part.file, part.surface),
+        },
         repairs=part.report.changes,
         file_bodies=file_body_data(part.file_bodies),
         warnings=tuple(dict.fromkeys(warnings)),
@@ -87,7 +89,7 @@ def stated_result(registry: Registry, stated: StatedLattice, made: StatedPrint) 
         solid_mass_g=None if heavy is None else part.volume * heavy * 1e6,
     )
     printability = None if surface is None else surface.printability
-    return with_print_limits(result, case, printability, material)
+    return with_print_limits(result, case.print, printability, material)
 
 
 def _void_warnings(case: Case, islands: Islands, volume: float) -> tuple[str, ...]:

@@ -118,7 +118,7 @@ def verdict_result(
     shown: Shown,
 ) -> RunResult:
     """Met or not, with the best design that was found and its printed file."""
-    common = common_entries(setup, registry)
+    common, case, part = common_entries(setup, registry), setup.problem.case, setup.problem.part
     printed, result = shown.printed, shown.analysed.result
     warnings = list(common.pop("warnings"))
     if accepted is None:
@@ -163,7 +163,7 @@ def verdict_result(
             "cell_map": dict((accepted.analysed if accepted else setup.cells).layout.report),
             **setup.problem.domain.facts(),
         },
-        printed=printed_data(printed) | outer_data(setup.problem.case, setup.problem.part.surface),
+        printed=printed_data(printed) | outer_data(case.print, case.part.file, part.surface),
         yields=(*yields, *common.pop("yields")),
         warnings=(*yields, *warnings),
         **common,

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
-from gradedesign.design.printing.print_schema import FRAMES
+from gradedesign.common.values.direction import FRAMES
 from gradedesign.geometry.lattice.beams import BeamLattice
 from gradedesign.geometry.lattice.lattice import LatticeDesign
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume

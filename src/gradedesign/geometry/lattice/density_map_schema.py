@@ -7,22 +7,19 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from gradedesign.common.values.formula import parse_formula
+from gradedesign.common.values.formula_text import FormulaText
 from gradedesign.common.values.suggest import shown
 from gradedesign.common.values.table import Table, key_error
 from gradedesign.common.values.value_types import (
     Choice,
     FilePath,
     Flag,
-    JsonSchema,
     Name,
     Number,
     Point,
-    Reader,
     Refused,
     Size,
 )
-from gradedesign.errors import CaseError
 from gradedesign.geometry.part.part_path import resolve_data_file, resolve_data_folder
 
 _SOURCES = ("formula", "voxels", "images", "points", "vtu")
@@ -37,29 +34,6 @@ _BELONGS = {
     "outside": ("points",),
     "field": ("vtu",),
 }
-
-
-class FormulaText(Reader):
-    """The text of a formula, checked when the case is read."""
-
-    __slots__ = ()
-
-    def read(self, value: object) -> str:
-        """Accept a text that parses."""
-        if not isinstance(value, str):
-            raise Refused(
-                f'found {shown(value)}; expected a formula such as "0.1 + 0.4 * x / 100", with x, '
-                f"y, z and the depth d below the surface in mm"
-            )
-        try:
-            return parse_formula(value).text
-        except CaseError as error:
-            raise Refused(str(error)) from None
-
-    def json_schema(self) -> JsonSchema:
-        """A string."""
-        example = "0.1 + 0.4 * x / 100"
-        return {"type": "string", "examples": [example], "x-range": "a formula in x, y, z and d"}
 
 
 class DensityMapSpec(Table):

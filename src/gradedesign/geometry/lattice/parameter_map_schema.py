@@ -6,10 +6,10 @@ from typing import Annotated
 
 from pydantic import Field
 
+from gradedesign.common.values.formula_text import FormulaText
 from gradedesign.common.values.suggest import shown
 from gradedesign.common.values.table import Table
 from gradedesign.common.values.value_types import JsonSchema, Name, Number, Reader, Refused, Whole
-from gradedesign.geometry.lattice.density_map_schema import FormulaText
 
 
 class _Ends(Reader):

@@ -6,6 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from gradedesign.common.values.formula_text import FormulaText
 from gradedesign.common.values.table import Table
 from gradedesign.common.values.value_types import (
     Choice,
@@ -17,7 +18,6 @@ from gradedesign.common.values.value_types import (
     Triple,
     three,
 )
-from gradedesign.geometry.lattice.density_map_schema import FormulaText
 
 
 class _Shift(Reader):

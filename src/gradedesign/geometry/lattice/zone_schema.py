@@ -6,10 +6,10 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
+from gradedesign.common.values.formula_text import FormulaText
 from gradedesign.common.values.table import key_error
 from gradedesign.common.values.value_types import Name, Parameters, Refused, RegionName, Size
 from gradedesign.geometry.cell.law_schema import Law
-from gradedesign.geometry.lattice.density_map_schema import FormulaText
 from gradedesign.geometry.lattice.density_value import DensityRange
 from gradedesign.geometry.part.place_schema import VOLUMES, PlaceSpec, require_one
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from gradedesign.common.values.formula_text import FormulaText
 from gradedesign.common.values.suggest import shown
 from gradedesign.common.values.table import Table, key_error
 from gradedesign.common.values.value_types import (
@@ -19,7 +20,6 @@ from gradedesign.common.values.value_types import (
     Refused,
     three,
 )
-from gradedesign.geometry.lattice.density_map_schema import FormulaText
 from gradedesign.geometry.part.part_path import resolve_data_file
 
 _SOURCES = ("load_case", "direction", "vtu")

@@ -5,24 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.arrays import IntArray
-from gradedesign.design.case.schema import Case
 from gradedesign.errors import CaseError
 from gradedesign.geometry.part._edges import linked_sets
-from gradedesign.geometry.part.place_schema import BodySpec
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
 from gradedesign.geometry.triangles.winding import winding_numbers
 
 #: Corners of a void by which the solid around it is found: one may lie on another's surface.
 #: Chosen, not measured.
 _PLACES = 16
-
-
-def stated_bodies(case: Case) -> dict[str, BodySpec]:
-    """Bodies of passive solids and zones by their keys in the case, such as ``keep[0].body``."""
-    places = [(f"keep[{k}].body", keep.body) for k, keep in enumerate(case.keep)]
-    zones = getattr(case, "zone", ())
-    places += [(f"zone[{k}].body", zone.body) for k, zone in enumerate(zones)]
-    return {key: body for key, body in places if body is not None}
 
 
 def body_of_triangles(surface: SurfaceMesh) -> IntArray:

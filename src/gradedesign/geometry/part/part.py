@@ -8,24 +8,26 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
 
-from gradedesign.common.values.locate import locating
+from gradedesign.common.values.locate import Where, locating
 from gradedesign.common.values.suggest import instead
-from gradedesign.design.case.schema import Case, PartSpec
 from gradedesign.errors import CaseError
 from gradedesign.geometry.part._region_notes import region_notes
-from gradedesign.geometry.part.bodies import bodies_with, stated_bodies
+from gradedesign.geometry.part.bodies import bodies_with
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.exact_faces import exact_faces
 from gradedesign.geometry.part.file_body import FileBody
 from gradedesign.geometry.part.file_faces import FileFaces, carried
 from gradedesign.geometry.part.mended import Mend, mended, require_kept_bodies
+from gradedesign.geometry.part.part_schema import PartSpec
 from gradedesign.geometry.part.place_schema import BodySpec
 from gradedesign.geometry.part.raw_triangles import UNIT_MM, RawTriangles, in_mm
 from gradedesign.geometry.part.regions import Region, select_regions
+from gradedesign.geometry.part.regions_schema import RegionSpec
 from gradedesign.geometry.part.repair import RepairReport, build_surface
 from gradedesign.geometry.part.smooth_faces import SmoothFaces, segment_faces
 from gradedesign.geometry.part.unit_question import questioning_unit
@@ -35,6 +37,8 @@ log = logging.getLogger(__name__)
 
 #: Reads one file format.
 Reader: TypeAlias = Callable[[Path], RawTriangles]
+#: Of a case that names none.
+NO_BODIES: Mapping[str, BodySpec] = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -87,14 +91,28 @@ class Part:
         return self.find_faces()
 
 
-def read_part(case: Case, readers: Mapping[str, Reader], mend: Mend | None = None) -> Part:
-    """Read or build the part of a case and find its regions.
+def read_part(
+    spec: PartSpec,
+    regions: Mapping[str, RegionSpec],
+    readers: Mapping[str, Reader],
+    where: Where,
+    *,
+    bodies: Mapping[str, BodySpec] = NO_BODIES,
+    mend: Mend | None = None,
+) -> Part:
+    """Read or build a part and find its regions.
 
     Parameters
     ----------
-    case : Case
+    spec : PartSpec
+    regions : mapping of str to RegionSpec
+        By name.
     readers : mapping of str to callable
         By lower-case suffix, such as ``".stl"``.
+    where : Where
+        Names file and line of a key of the case.
+    bodies : mapping of str to BodySpec
+        Bodies that the case names, by their keys, such as ``keep[0].body``.
     mend : callable, optional
         The repairer that ``[part] repair`` names, where it is a plugin's.
 
@@ -110,7 +128,6 @@ def read_part(case: Case, readers: Mapping[str, Reader], mend: Mend | None = Non
         If the geometry is damaged beyond what ``repair`` allows.
     """
     start = time.perf_counter()
-    spec = case.part
     file_faces: FileFaces | None = None
     units: str | None = None
     chord_tolerance: float | None = None
@@ -137,33 +154,28 @@ def read_part(case: Case, readers: Mapping[str, Reader], mend: Mend | None = Non
             return exact_faces(surface, file_faces)
         return segment_faces(surface)
 
-    regions = {}
-    if case.region:
-        with questioning_unit(surface, case.region, file_faces, units):
-            regions = select_regions(surface, find_faces(), case.region, file_faces)
-    bodies, notes = _bodies(case, surface, regions, readers)
-    notes = [*region_notes(regions, case.region), *notes]
+    found: Mapping[str, Region] = {}
+    if regions:
+        with questioning_unit(surface, regions, file_faces, units):
+            found = select_regions(surface, find_faces(), regions, file_faces)
+    surfaces, notes = _bodies(bodies, surface, found, readers, where)
+    notes = [*region_notes(found, regions), *notes]
     part = Part(
         surface=surface,
         find_faces=find_faces,
         file_faces=file_faces,
         units=units,
         chord_tolerance=chord_tolerance,
-        regions=regions,
+        regions=found,
         volume=enclosed_volume(surface),
         diagonal=float(np.linalg.norm(np.ptp(surface.vertices, axis=0))),
         source=source,
         report=replace(report, warnings=(*report.warnings, *notes)),
-        bodies=bodies,
+        bodies=surfaces,
         file_bodies=file_bodies,
     )
-    log.info(
-        "%s: %.4g mm^3, %d triangles, %.2f s",
-        source,
-        part.volume,
-        len(surface.faces),
-        time.perf_counter() - start,
-    )
+    seconds, count = time.perf_counter() - start, len(surface.faces)
+    log.info("%s: %.4g mm^3, %d triangles, %.2f s", source, part.volume, count, seconds)
     return part
 
 
@@ -190,20 +202,21 @@ def _built(
 
 
 def _bodies(
-    case: Case,
+    stated: Mapping[str, BodySpec],
     surface: SurfaceMesh,
     regions: Mapping[str, Region],
     readers: Mapping[str, Reader],
+    where: Where,
 ) -> tuple[dict[BodySpec, SurfaceMesh], list[str]]:
     """Bodies that the case names, and remarks on reading them."""
     bodies: dict[BodySpec, SurfaceMesh] = {}
     notes: list[str] = []
-    for key, body in stated_bodies(case).items():
+    for key, body in stated.items():
         if body.region is not None:
-            with locating(case.where, f"{key}.region"):
+            with locating(where, f"{key}.region"):
                 bodies[body] = bodies_with(surface, regions[body.region].triangles)
         elif body.file is not None:
-            with locating(case.where, f"{key}.file"):
+            with locating(where, f"{key}.file"):
                 raw, _ = _read_file(key, body.units, body.file, readers)
                 bodies[body], report = build_surface(
                     raw.corners, bodies="all", source=body.file.name

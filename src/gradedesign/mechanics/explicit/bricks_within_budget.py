@@ -70,7 +70,7 @@ def design_problem(solid: PrintedSolid, spacing: float, *, graded: bool = False)
         field=solid.field or lattice_field(solid.design, band=2.0 * spacing if graded else spacing),
         lower=domain.lower,
         upper=domain.upper,
-        cases=solid.case.load_case,
+        cases=solid.load_cases,
         regions=solid.regions,
         material=solid.material,
         planes=tuple(Plane(**plane._asdict()) for body in domain.solids for plane in body.planes),
@@ -89,7 +89,7 @@ def divided_within_budget(
     where the design has thick walls, then all of them larger. Without a coarsest spacing the one
     asked for is taken everywhere or refused: analyses that are compared divide the solid alike.
     """
-    spacing, memory = resolution.spacing, solid.case.run.memory
+    spacing, memory = resolution.spacing, solid.memory
     refused: list[str] = []
     lost_before, graded = 0.0, False
 

@@ -11,7 +11,6 @@ from scipy.spatial import KDTree
 
 from gradedesign.arrays import Field, FloatArray, IntArray
 from gradedesign.common.system.progress import report_step
-from gradedesign.design.acceptance.body_comparison import CONTOUR_TOLERANCE
 from gradedesign.errors import LatticeError
 from gradedesign.geometry.contour.islands import remove_islands
 from gradedesign.geometry.contour.surface import extract_surface
@@ -45,6 +44,9 @@ CHUNK = 2**18
 #: How far around points outside the solid its surface is looked for at first, in elements. Chosen,
 #: not measured.
 REACH = 2.0
+#: Volume of the analysed surface over that of the elements, less one, from which the surface is too
+#: coarse to stand for them: walls thinner than its grid are missing in it. Chosen, not measured.
+CONTOUR_TOLERANCE = 0.05
 #: Nodes of VTK's triquadratic hexahedron as numbers of ours, x fastest: corners, edges, faces,
 #: centre.
 VTK_ORDER = np.array(

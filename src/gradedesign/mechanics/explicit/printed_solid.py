@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from dataclasses import field as dataclass_field
 
 from gradedesign.arrays import Field
-from gradedesign.design.case.schema import Case
 from gradedesign.geometry.lattice.lattice import LatticeDesign
 from gradedesign.geometry.part.regions import Region
 from gradedesign.geometry.tets.mesher import PYTETWILD, Mesher
 from gradedesign.mechanics.explicit.support_zones import SupportZone
 from gradedesign.mechanics.fe.displacement_goal import DisplacementGoal
+from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
 from gradedesign.mechanics.fe.multigrid_solver import MULTIGRID
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.solver.linear_solver import LinearSolver
@@ -24,8 +24,9 @@ class PrintedSolid:
 
     Attributes
     ----------
-    case : Case
-        Its load cases and budgets.
+    load_cases : tuple of LoadCaseSpec
+    memory : int, bytes
+        That an analysis, or the mesher, may take.
     design : LatticeDesign
     material : Material
     regions : mapping of name to Region
@@ -48,7 +49,8 @@ class PrintedSolid:
         Values of limits whose own error an analysis is to estimate. Finite cells do.
     """
 
-    case: Case
+    load_cases: tuple[LoadCaseSpec, ...]
+    memory: int
     design: LatticeDesign
     material: Material
     regions: Mapping[str, Region]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from gradedesign.design.case.run_schema import RunSpec
 from gradedesign.mechanics.explicit.analysis import ExplicitAnalysis, PlannedSolid
 from gradedesign.mechanics.explicit.spacing_for import spacing_for
 
@@ -12,13 +11,12 @@ FINEST = 1.7
 
 
 def small_solid_spacing(
-    analysis: ExplicitAnalysis, planned: PlannedSolid, spacing: float, run: RunSpec
+    analysis: ExplicitAnalysis, planned: PlannedSolid, spacing: float, *, stated: bool
 ) -> float:
     """Spacing at which a small solid has as many unknowns as take little of any budget, mm.
 
     What walls ask for displaces a lattice within 2 to 3 %, and makes windows and rims of a few
-    cells coarse: sizing learns from that. A solid with more unknowns keeps it, and so does a case
-    that states its resolution.
+    cells coarse: sizing learns from that. A solid with more unknowns keeps it.
 
     Parameters
     ----------
@@ -26,9 +24,10 @@ def small_solid_spacing(
     planned : PlannedSolid
     spacing : float, mm
         That walls and layers ask for.
-    run : RunSpec
+    stated : bool
+        The case states its resolution, which is kept.
     """
-    if run.elements_per_wall is not None or run.explicit_mesh_size is not None:
+    if stated:
         return spacing
     if analysis.estimate(planned, spacing).unknowns >= analysis.affordable:
         return spacing

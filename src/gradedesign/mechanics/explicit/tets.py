@@ -59,7 +59,7 @@ def solve_tets(
     report_step(f"supports and loads on {mesh.tets.shape[1]} tetrahedra")
     space = tet_space(mesh, 2)
     facets = facets_of_regions(mesh, solid.regions, tolerance)
-    cases = case_loads(space, solid.case.load_case, solid.regions, facets)
+    cases = case_loads(space, solid.load_cases, solid.regions, facets)
     stiffness = solid_stiffness(space, material)
     density = np.full(space.element_count, material.density)
     vectors = [

@@ -27,7 +27,6 @@ from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.common.system.progress import report_step
 from gradedesign.mechanics.fe.assembly import assemble, assembly_pattern
 from gradedesign.mechanics.fe.quadratic_level import QuadraticLevel, quadratic_level
-from gradedesign.mechanics.fe.rigid_modes import rigid_body_modes
 from gradedesign.mechanics.fe.space import TetSpace, vertex_space
 from gradedesign.mechanics.fe.stiffness import Stiffness
 from gradedesign.mechanics.solver._order_kernels import add_midpoints, put_scaled, take_scaled
@@ -39,6 +38,7 @@ from gradedesign.mechanics.solver.block_rows import (
     single_precision,
 )
 from gradedesign.mechanics.solver.chebyshev import Smoother, build_smoother, smooth
+from gradedesign.mechanics.solver.rigid_modes import rigid_body_modes
 from gradedesign.mechanics.solver.sweeps import sweep_down, sweep_up
 
 log = logging.getLogger(__name__)

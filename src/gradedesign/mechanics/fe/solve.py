@@ -19,8 +19,8 @@ from gradedesign.common.system.progress import stepping
 from gradedesign.errors import ResourceError, SolverError
 from gradedesign.mechanics.fe.elastic_system import ElasticSystem, prepare_elastic
 from gradedesign.mechanics.fe.equilibrium import ACCEPTED, defects, evaluate, right_hand_side
+from gradedesign.mechanics.fe.free_pieces import require_held
 from gradedesign.mechanics.fe.multigrid_solver import MULTIGRID
-from gradedesign.mechanics.fe.rigid_modes import require_held
 from gradedesign.mechanics.fe.solution import LoadVector, Solution
 from gradedesign.mechanics.fe.space import TetSpace
 from gradedesign.mechanics.fe.stiffness import Stiffness

@@ -11,7 +11,6 @@ from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import CaseError, SolverError
 from gradedesign.geometry.part.regions import Region
 from gradedesign.mechanics.fe.load_case import LoadCaseSpecification, Support
-from gradedesign.mechanics.fe.rigid_modes import free_modes
 from gradedesign.mechanics.fe.supports import disagrees
 from gradedesign.mechanics.finite_cell.basis import shapes_at
 from gradedesign.mechanics.finite_cell.elements import Elements, sorted_by_colour
@@ -24,6 +23,7 @@ from gradedesign.mechanics.finite_cell.surface import (
     element_table,
     split_by_grid,
 )
+from gradedesign.mechanics.solver.rigid_modes import free_modes
 
 #: Stiffness of the springs of a weak support, over the P-wave modulus and per edge of an element. A
 #: short cantilever on such springs is 0.14 to 0.18 % too soft.

@@ -50,7 +50,7 @@ class LinearSystem:
     @property
     def near_null_space(self) -> FloatArray:
         """Rigid motions, which deform nothing, ``(3 N, 6)``; not zero at supports."""
-        from gradedesign.mechanics.fe.rigid_modes import rigid_body_modes
+        from gradedesign.mechanics.solver.rigid_modes import rigid_body_modes
 
         return rigid_body_modes(self.space.nodes).reshape(-1, 6)
 

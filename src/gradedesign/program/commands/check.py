@@ -63,7 +63,7 @@ def check(
     """
     registry = registry_for(strict_plugins=strict_plugins)
     case = load_case(path, allow_outside=allow_outside, registry=registry)
-    registry = with_own_cell(case, registry)
+    registry = with_own_cell(case.lattice, registry, case.where)
     if case.lattice.stated:
         return check_stated(case, registry, estimate=estimate, as_json=as_json)
     with ProgressLines("check", err=True):
@@ -104,7 +104,7 @@ def estimated(case: Case, registry: Registry) -> FirstAnswer:
 
 def picture_path(checked: CaseCheck) -> Path:
     """Path of the picture, beside the run folder, which stays as it is."""
-    folder = default_folder(checked.resolved.case)
+    folder = default_folder(checked.resolved.case.name)
     return folder.with_name(f"{folder.name}-check") / PICTURE
 
 
@@ -123,14 +123,14 @@ def draw_loads(checked: CaseCheck, path: Path) -> tuple[str, ...]:
             f"cannot make {path.parent} for the picture: {error.strerror}; choose another file "
             f"with -o, or leave it out with --no-picture"
         ) from error
-    resolved = checked.resolved
+    resolved, case = checked.resolved, checked.resolved.case
     return picture_loads(
         path,
         resolved.part.surface,
-        region_marks(resolved.case, resolved.part, resolved.domain, resolved.support_zones),
-        action_marks(resolved.case, resolved.part),
-        title=f"Loading of {resolved.case.name}",
-        note=loads_note(resolved.case, resolved.support_zones, checked.unjudged.part),
+        region_marks(case.load_case, resolved.part, resolved.domain, resolved.support_zones),
+        action_marks(case.load_case, resolved.part),
+        title=f"Loading of {case.name}",
+        note=loads_note(case.load_case, resolved.support_zones, checked.unjudged.part),
     )
 
 

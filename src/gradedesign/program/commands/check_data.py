@@ -43,7 +43,7 @@ def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]
             }
             for group in checked.holes
         ],
-        "load_cases": list(load_case_data(resolved.case, resolved.balances)),
+        "load_cases": list(load_case_data(resolved.case.load_case, resolved.balances)),
         "limits": [
             {"name": name, "load_case": load_case, "allowed": allowed}
             for name, load_case, allowed in stated_limits(checked)

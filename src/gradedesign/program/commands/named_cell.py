@@ -41,5 +41,6 @@ def named_cell(registry: Registry, name: str) -> NamedCell:
     if path.suffix.lower() != ".toml" and not (path / "case.toml").is_file():
         return NamedCell(family=lookup(registry, "cell_families", name), parameters={})
     case = load_case(path, registry=registry)
-    family = lookup(with_own_cell(case, registry), "cell_families", case.lattice.cell)
+    registry = with_own_cell(case.lattice, registry, case.where)
+    family = lookup(registry, "cell_families", case.lattice.cell)
     return NamedCell(family=family, parameters=case.lattice.parameters)

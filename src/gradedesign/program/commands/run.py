@@ -49,7 +49,7 @@ def run(
     """
     registry = registry_for(strict_plugins=strict_plugins)
     case = load_case(path, allow_outside=allow_outside, registry=registry)
-    folder = default_folder(case) if output is None else output
+    folder = default_folder(case.name) if output is None else output
     on_loaded()
     lines = ProgressLines(budget_s=case.run.time, err=as_json, events=not as_json)
     # A stated lattice is not analysed.

@@ -123,7 +123,7 @@ def _homogenised(setup: Setup, rho: FloatArray, correction: Correction) -> Analy
 def _explicit(problem: Problem, solid: PrintedSolid, solved: TetFields) -> AnalysedModel:
     """``explicit``: the printed lattice on the tetrahedra of its acceptance."""
     space = solved.space
-    cases = case_loads(space, solid.case.load_case, solid.regions, solved.facets)
+    cases = case_loads(space, solid.load_cases, solid.regions, solved.facets)
     density = np.full(space.element_count, solid.material.density)
     solutions = [solved.solutions[case.name] for case in cases]
     return AnalysedModel(

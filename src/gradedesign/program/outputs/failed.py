@@ -9,7 +9,6 @@ from dataclasses import replace
 from gradedesign.design.case.schema import Case
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.resolve.registry import Registry
-from gradedesign.design.verdict.provenance import stamped
 from gradedesign.design.verdict.result import RunResult
 from gradedesign.errors import GradeDesignError
 from gradedesign.program.outputs.files import (
@@ -18,6 +17,7 @@ from gradedesign.program.outputs.files import (
     stated_outputs,
     write_result,
 )
+from gradedesign.program.outputs.provenance import stamped
 from gradedesign.program.store.run_folder import RunFolder
 
 
@@ -58,12 +58,14 @@ def recording_failure(
             folder=out.path,
             timing_s=timing(),
         )
-        failed = stamped(out, case, failed)
+        failed = stamped(out, case.part, failed)
         files: dict[str, str] = {}
-        outputs = [output for output in stated_outputs(case, registry) if output.last]
+        outputs = [
+            output for output in stated_outputs(case.output.formats, registry) if output.last
+        ]
         if finished and outputs:
             files["result"] = RESULT_NAME
-            run = finished_run(out, case, files, lambda: replace(failed, files=files))
+            run = finished_run(out, case.path, files, lambda: replace(failed, files=files))
             for output in outputs:
                 output.write(run)
         write_result(out, replace(failed, files=files))

@@ -13,7 +13,6 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.atomic import replacing_path
 from gradedesign.common.system.progress import report_step
-from gradedesign.design.case.schema import Case
 from gradedesign.design.loop.announce import Announcer
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.iteration_steps import build_design, density_grid
@@ -23,16 +22,13 @@ from gradedesign.design.resolve.lattice_files import (
     chord_tolerance,
     crossing_warnings,
     printed_lattice,
-    write_lattice_files,
-    write_printed,
 )
-from gradedesign.design.resolve.outer_triangles import keeps_outer
+from gradedesign.design.resolve.outer_triangles import keeps_outer, outer_records
 from gradedesign.design.resolve.problem import Problem, unjudged_share
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.setup import Setup
 from gradedesign.design.resolve.thinnest_wall import thinnest_wall
 from gradedesign.design.verdict.computed import Computed, computed_fields
-from gradedesign.design.verdict.provenance import stamped
 from gradedesign.design.verdict.result import RunResult, as_json
 from gradedesign.design.verdict.shown import Shown
 from gradedesign.errors import blaming
@@ -48,6 +44,8 @@ from gradedesign.program.outputs.analysed_model import AnalysedModel
 from gradedesign.program.outputs.analysed_models import analysed_models, without_model
 from gradedesign.program.outputs.iteration_log import iteration_log
 from gradedesign.program.outputs.output import FinishedRun, Output
+from gradedesign.program.outputs.printed_files import write_lattice_files, write_printed
+from gradedesign.program.outputs.provenance import stamped
 from gradedesign.program.pictures.marks import action_marks, loads_note, region_marks
 from gradedesign.program.pictures.pictures import (
     picture_deformed,
@@ -79,7 +77,7 @@ def write_outputs(
     files: dict[str, str] = {}
     shown, rho = computed.shown, computed.rho
     warnings: list[str] = list(result.warnings)
-    outputs = stated_outputs(problem.case, registry)
+    outputs = stated_outputs(problem.case.output.formats, registry)
 
     def current() -> RunResult:
         return replace(
@@ -90,7 +88,7 @@ def write_outputs(
             timing_s=announce.timing(),
         )
 
-    run = finished_run(out, problem.case, files, current)
+    run = finished_run(out, problem.case.path, files, current)
     run = replace(
         run,
         fields=partial(computed_fields, setup, computed),
@@ -111,7 +109,7 @@ def write_outputs(
             warnings += _unjudged_lattice(out, problem, setup.cells, rho, files)
     files |= {"log": "iterations.csv", "result": RESULT_NAME}
     printed = [STL_NAME, *(file.name for file in problem.lattice_files)]
-    result = stamped(out, problem.case, result, printed)
+    result = stamped(out, problem.case.part, result, printed)
     out.write_text("iterations.csv", iteration_log(result.iterations))
     for output in outputs:
         if output.last:
@@ -121,9 +119,9 @@ def write_outputs(
     return result
 
 
-def stated_outputs(case: Case, registry: Registry) -> list[Output]:
-    """Outputs that a case asks for, in its order; its other formats are those of the lattice."""
-    names = dict.fromkeys(case.output.formats)
+def stated_outputs(formats: Sequence[str], registry: Registry) -> list[Output]:
+    """Outputs among the formats of a case, in its order; the others are those of the lattice."""
+    names = dict.fromkeys(formats)
     return [
         _blamed(registry.outputs[name], registry.sources["outputs"][name])
         for name in names
@@ -142,7 +140,7 @@ def _blamed(output: Output, source: str) -> Output:
 
 
 def finished_run(
-    out: RunFolder, case: Case, files: dict[str, str], result: Callable[[], RunResult]
+    out: RunFolder, case_file: Path, files: dict[str, str], result: Callable[[], RunResult]
 ) -> FinishedRun:
     """Record that outputs receive, without fields and models; ``files`` takes what they write."""
 
@@ -161,7 +159,7 @@ def finished_run(
             if path.endswith(".png")
         }
 
-    case_text = case.path.read_text(encoding="utf-8")
+    case_text = case_file.read_text(encoding="utf-8")
     return FinishedRun(case_text=case_text, result=result, write=write, pictures=pictures)
 
 
@@ -186,13 +184,13 @@ def _learned(iterations: Sequence[DesignIteration], rho: FloatArray | None) -> C
 
 
 def _loads_picture(out: RunFolder, problem: Problem, files: dict[str, str]) -> tuple[str, ...]:
-    files["loads"] = "loads.png"
+    case, files["loads"] = problem.case, "loads.png"
     warnings = picture_loads(
         out.path_of("loads.png"),
         problem.part.surface,
-        region_marks(problem.case, problem.part, problem.domain, problem.support_zones),
-        action_marks(problem.case, problem.part),
-        note=loads_note(problem.case, problem.support_zones, unjudged_share(problem)),
+        region_marks(case.load_case, problem.part, problem.domain, problem.support_zones),
+        action_marks(case.load_case, problem.part),
+        note=loads_note(case.load_case, problem.support_zones, unjudged_share(problem)),
     )
     _adopt_drawn(out, files, "loads")
     return warnings
@@ -250,11 +248,15 @@ def _unjudged_lattice(
     design = build_design(problem, cells, density)
     step = first_step(cells.layout.least, thinnest_wall(problem, cells, density)[0])
     case, part = problem.case, problem.part.surface
-    memory, outer = case.run.memory, keeps_outer(case)
     surface, islands, _ = printed_surface(
-        design, part, step, chord_tolerance(case), memory=memory, keep_outer=outer
+        design,
+        part,
+        step,
+        chord_tolerance(case.print),
+        memory=case.run.memory,
+        keep_outer=keeps_outer(case.print),
     )
-    write_printed(out, case, part, surface)
+    write_printed(out, surface, outer_records(case.print, case.part.file, part))
     warnings = _exported_files(out, problem, surface, design, files)
     files["lattice"] = "lattice.png"
     warnings += picture_lattice(out.path_of("lattice.png"), surface, opened=problem.domain.closed)
@@ -272,7 +274,16 @@ def _exported_files(
     """The printed surface in every format asked for; the STL, always made, lies there already."""
     files["stl"] = STL_NAME
     others = [file for file in problem.lattice_files if file.name != STL_NAME]
-    lattice = printed_lattice(problem.case, problem.part.surface, surface, design, problem.material)
+    case, part = problem.case, problem.part.surface
+    lattice = printed_lattice(
+        case.named,
+        case.print,
+        surface,
+        design,
+        problem.material,
+        part=part,
+        file=case.part.file,
+    )
     files |= write_lattice_files(out, others, lattice)
     return crossing_warnings(surface)
 

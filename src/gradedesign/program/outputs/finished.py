@@ -6,7 +6,7 @@ import json
 import logging
 from dataclasses import replace
 
-from gradedesign.design.case.schema import Case
+from gradedesign.design.case.run_schema import RunSpec
 from gradedesign.design.verdict.result import RunResult, from_json
 from gradedesign.program.outputs.files import RESULT_NAME
 from gradedesign.program.store.run_folder import RunFolder
@@ -17,8 +17,8 @@ log = logging.getLogger(__name__)
 FOR_GOOD = ("tight", "enclosed", "stuck", "saturated", "solid", "stop_after")
 
 
-def finished_result(out: RunFolder, case: Case) -> RunResult | None:
-    """The stored result of this case, where another run could add nothing; else None.
+def finished_result(out: RunFolder, budget: RunSpec) -> RunResult | None:
+    """The stored result of the case of a folder, where another run could add nothing; else None.
 
     A run that failed goes on, and so does one that time or iterations ended if the case allows more
     of them now, or one whose files are missing or damaged.
@@ -30,17 +30,17 @@ def finished_result(out: RunFolder, case: Case) -> RunResult | None:
     except (KeyError, TypeError, ValueError) as cause:
         log.warning("the result in %s is of another layout (%r); going on", out.path, cause)
         return None
-    if stored.case_hash != case.case_hash or not is_final(stored, case):
+    if stored.case_hash != out.case_hash or not is_final(stored, budget):
         return None
     return replace(stored, folder=out.path)
 
 
-def is_final(stored: RunResult, case: Case) -> bool:
-    """Whether a run of the case as it is now would end where the stored one did."""
+def is_final(stored: RunResult, budget: RunSpec) -> bool:
+    """Whether a run within the budget would end where the stored one did."""
     if stored.ended_by in FOR_GOOD:
         return True
     if stored.ended_by == "iterations":
-        return case.run.max_iterations <= len(stored.iterations)
+        return budget.max_iterations <= len(stored.iterations)
     if stored.ended_by == "time":
-        return case.run.time <= stored.budget["time_s"]
+        return budget.time <= stored.budget["time_s"]
     return False

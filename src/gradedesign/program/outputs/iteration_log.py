@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from io import StringIO
 from itertools import chain
 
-from gradedesign.design.verdict.result import Iteration
+from gradedesign.design.loop.iteration_row import Iteration
 
 #: Header and attribute of what every iteration has.
 _COLUMNS = (

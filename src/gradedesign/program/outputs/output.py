@@ -5,38 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
-from numpy.typing import NDArray
-
-from gradedesign.arrays import FloatArray
 from gradedesign.design.verdict.result import RunResult
+from gradedesign.geometry.formats.field_set import FieldSet
 from gradedesign.program.outputs.analysed_model import AnalysedModel
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FieldSet:
-    """Fields of a run on one mesh.
-
-    Attributes
-    ----------
-    name : str
-        ``solid``, ``density``, ``lattice``, or ``iteration`` with a number.
-    points : (3, n) array, mm
-    elements : (k, m) int array
-        Nodes of tetrahedra of 4 or 10, or of hexahedra of 8 or 27, in VTK's order.
-    point_data, element_data : mapping of str to array
-        Values ``(..., n)`` and ``(..., m)`` by the name of the field with its unit.
-    number : int or None
-        Of the iteration.
-    """
-
-    name: str
-    points: FloatArray
-    elements: NDArray[Any]
-    point_data: Mapping[str, FloatArray] = field(default_factory=dict)
-    element_data: Mapping[str, FloatArray] = field(default_factory=dict)
-    number: int | None = None
 
 
 class WriteFile(Protocol):

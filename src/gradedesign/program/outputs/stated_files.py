@@ -7,10 +7,9 @@ from dataclasses import replace
 
 from gradedesign.design.loop.announce import Announcer
 from gradedesign.design.loop.stated_print import StatedPrint
-from gradedesign.design.resolve.lattice_files import crossing_warnings, write_lattice_files
+from gradedesign.design.resolve.lattice_files import crossing_warnings
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.stated_lattice import StatedLattice
-from gradedesign.design.verdict.provenance import stamped
 from gradedesign.design.verdict.result import RunResult
 from gradedesign.geometry.lattice.slab_density import SlabDensities
 from gradedesign.program.outputs.files import (
@@ -19,6 +18,8 @@ from gradedesign.program.outputs.files import (
     stated_outputs,
     write_result,
 )
+from gradedesign.program.outputs.printed_files import write_lattice_files
+from gradedesign.program.outputs.provenance import stamped
 from gradedesign.program.pictures.pictures import picture_lattice
 from gradedesign.program.store.run_folder import RunFolder
 
@@ -49,7 +50,7 @@ def write_stated(
             out.adopt("lattice.png")
             files["lattice"] = "lattice.png"
         out.write_text(_SLABS_NAME, _slab_table(made.slabs))
-    result = stamped(out, case, result, [file.name for file in formats])
+    result = stamped(out, case.part, result, [file.name for file in formats])
 
     def current() -> RunResult:
         return replace(
@@ -60,8 +61,8 @@ def write_stated(
             timing_s=announce.timing(),
         )
 
-    run = finished_run(out, case, files, current)
-    for output in stated_outputs(case, registry):
+    run = finished_run(out, case.path, files, current)
+    for output in stated_outputs(case.output.formats, registry):
         warnings += output.write(run)
     result = current()
     write_result(out, result)

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.exclusion import exclusion_words
 from gradedesign.geometry.contour.surface import extract_surface
 from gradedesign.geometry.lattice.component import KEPT, SolidComponent
@@ -31,7 +30,10 @@ _BELOW = 2e-3
 
 
 def region_marks(
-    case: Case, part: Part, domain: DesignDomain, zones: Sequence[SupportZone] = ()
+    load_cases: Sequence[LoadCaseSpec],
+    part: Part,
+    domain: DesignDomain,
+    zones: Sequence[SupportZone] = (),
 ) -> list[RegionMark]:
     """Supports, loaded and passive regions; one that is several is drawn as the first of these.
 
@@ -39,16 +41,16 @@ def region_marks(
     lies in the part is drawn.
     """
     roles: dict[str, Role] = {
-        fix.region: "support" for load_case in case.load_case for fix in load_case.fix
+        fix.region: "support" for load_case in load_cases for fix in load_case.fix
     }
-    for load_case in case.load_case:
+    for load_case in load_cases:
         for load in load_case.load:
             roles.setdefault(load.region, "load")
     stay = [solid for solid in domain.solids if solid.phase == KEPT]
     solid_regions = {solid.region for solid in stay if solid.region is not None}
     for name in solid_regions:
         roles.setdefault(name, "passive")
-    mirrored = {fix.region for spec in case.load_case for fix in spec.fix if fix.symmetry}
+    mirrored = {fix.region for spec in load_cases for fix in spec.fix if fix.symmetry}
     said = {name: f"{name}, passive solid" for name in solid_regions if roles[name] != "passive"}
     said |= {name: f"{name}, plane of symmetry" for name in mirrored}
     marks = [
@@ -107,29 +109,31 @@ def _drawn(
     return extract_surface(field, lower - more, upper + more, step)
 
 
-def action_marks(case: Case, part: Part) -> list[ActionMark]:
+def action_marks(load_cases: Sequence[LoadCaseSpec], part: Part) -> list[ActionMark]:
     """Forces, pressures, moments, accelerations and prescribed displacements of all load cases."""
-    return [mark for spec in case.load_case for mark in _case_marks(spec, part)]
+    return [mark for spec in load_cases for mark in _case_marks(spec, part)]
 
 
-def warming_note(case: Case) -> str:
+def warming_note(load_cases: Sequence[LoadCaseSpec]) -> str:
     """Changes of temperature, which no arrow shows."""
     warmed = [
         f"{spec.name} {spec.temperature_change:+g} K"
-        for spec in case.load_case
+        for spec in load_cases
         if spec.temperature_change
     ]
     return f"change of temperature: {', '.join(warmed)}" if warmed else ""
 
 
-def loads_note(case: Case, zones: Sequence[SupportZone], share: float) -> str:
+def loads_note(
+    load_cases: Sequence[LoadCaseSpec], zones: Sequence[SupportZone], share: float
+) -> str:
     """Note below the picture: changes of temperature, and where stress is not judged.
 
     ``share`` is that of the part's volume in the zones.
     """
     around = exclusion_words(zones)
     unjudged = f"stress not judged within {around}, {share:.1%} of the part" if around else ""
-    return "; ".join(words for words in (warming_note(case), unjudged) if words)
+    return "; ".join(words for words in (warming_note(load_cases), unjudged) if words)
 
 
 def _case_marks(spec: LoadCaseSpec, part: Part) -> list[ActionMark]:

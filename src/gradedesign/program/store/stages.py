@@ -10,11 +10,10 @@ from typing import Any
 
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.cache import content_key
-from gradedesign.design.case.schema import Case
 from gradedesign.design.loop.iteration import DesignIteration
+from gradedesign.design.loop.iteration_row import iteration_from_json
 from gradedesign.design.loop.loop_stages import Judged
 from gradedesign.design.resolve.setup import Setup
-from gradedesign.design.verdict.result import iteration_from_json
 from gradedesign.errors import CaseError
 from gradedesign.mechanics.explicit.correction import Correction, Discrepancy
 from gradedesign.mechanics.limits.key import LimitKey, keyed_from_json
@@ -26,13 +25,13 @@ from gradedesign.program.store.run_folder import RunFolder, open_run_folder
 ITERATION_VERSION = 10
 
 
-def default_folder(case: Case) -> Path:
+def default_folder(name: str) -> Path:
     """Run folder of a case below the working folder, from the letters of its name."""
-    plain = re.sub(r"[^\w.-]+", "-", case.name).strip("-.") or "case"
+    plain = re.sub(r"[^\w.-]+", "-", name).strip("-.") or "case"
     return Path("runs") / plain
 
 
-def open_stages(path: Path, case: Case, *, resume: bool, overwrite: bool) -> RunFolder:
+def open_stages(path: Path, case_hash: str, *, resume: bool, overwrite: bool) -> RunFolder:
     """Open the run folder of a case; use it in a ``with`` statement."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -41,7 +40,7 @@ def open_stages(path: Path, case: Case, *, resume: bool, overwrite: bool) -> Run
             f"cannot make {path.parent} for the run folder: {error.strerror}; take another "
             f"folder=..."
         ) from error
-    return open_run_folder(path, case.case_hash, resume=resume, overwrite=overwrite)
+    return open_run_folder(path, case_hash, resume=resume, overwrite=overwrite)
 
 
 def iteration_key(setup: Setup, number: int) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import sys
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 
 import numpy as np
@@ -13,8 +13,6 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.cache import content_key, load_arrays, store_arrays
 from gradedesign.common.system.program_key import program_key
-from gradedesign.design.case.schema import Case
-from gradedesign.geometry.cell.cell import Cell
 from gradedesign.mechanics.limits.limit import Limit
 from gradedesign.mechanics.material.scaling_law import has_strength
 from gradedesign.mechanics.sizing.problem import element_densities
@@ -26,9 +24,8 @@ _NUMBERS = ("mass_g", "mean_density", "change")
 
 
 def stored_sizing(
-    case: Case,
-    cell: Cell,
     problem: SizingProblem,
+    stated: Sequence[str | float],
     *,
     start: FloatArray | None,
     max_iterations: int,
@@ -44,10 +41,12 @@ def stored_sizing(
     ----------
     problem : SizingProblem
         With the corrections and targets of its iteration.
+    stated : sequence of str and float
+        Whatever else tells it from others: what the case and its cell state.
     start, max_iterations, keep, on_step
         As for `size`.
     """
-    key = _sizing_key(case, cell, problem, start, max_iterations, keep)
+    key = _sizing_key(problem, stated, start, max_iterations, keep)
     stored = load_arrays(KIND, key)
     if stored is not None:
         result = _unpacked(problem, stored)
@@ -61,9 +60,8 @@ def stored_sizing(
 
 
 def _sizing_key(
-    case: Case,
-    cell: Cell,
     problem: SizingProblem,
+    stated: Sequence[str | float],
     start: FloatArray | None,
     max_iterations: int,
     keep: float,
@@ -71,7 +69,7 @@ def _sizing_key(
     """Content key of everything that a sizing depends on."""
     model, law = problem.model, problem.model.law
     limits = [
-        (limit.key, limit.allowed, limit.factor, source_of(limit)) for limit in problem.limits
+        (limit.key, limit.allowed, limit.factor, _source_of(limit)) for limit in problem.limits
     ]
     curves = []
     for scaling_law in law.laws:
@@ -79,17 +77,11 @@ def _sizing_key(
         curves.append(scaling_law.stiffness(densities))
         if has_strength(scaling_law):
             curves.append(scaling_law.strength(densities))
-    words = case.model_dump_json(
-        include={"material", "keep", "load_case", "limits", "lattice", "zone", "print", "region"}
-    )
     correction = (model.stiffness_factor, model.stiffness_exponent, model.reference_density)
     return content_key(
         KIND,
-        words,
         program_key(),
-        case.part.element_size,
-        cell.name,
-        repr(sorted(cell.parameters.items())),
+        *stated,
         repr(
             [
                 (scaling_law.name, scaling_law.source, scaling_law.coefficients)
@@ -116,7 +108,7 @@ def _sizing_key(
     )
 
 
-def source_of(limit: Limit) -> str:
+def _source_of(limit: Limit) -> str:
     """Text of the code of a limit, which a plugin may bring: `program_key` is the core's alone."""
     try:
         return inspect.getsource(sys.modules[type(limit).__module__])
