@@ -81,11 +81,10 @@ def gradient_of(model, limit, rho):
     return response_gradients(state, responses, adjoints)[0]
 
 
-def assert_slope(model, limit, rho, rng):
+def assert_slope(model, limit, rho, rng, step=1e-4):
     """The gradient in a random direction is the difference quotient, itself good to about 1e-6."""
     gradient = gradient_of(model, limit, rho)
     direction = rng.standard_normal(len(rho))
-    step = 1e-4
     ahead, back = (
         limit.predict(solved_state(model, rho + s * step * direction, [limit])).value
         for s in (1, -1)

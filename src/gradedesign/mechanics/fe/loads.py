@@ -35,6 +35,9 @@ from gradedesign.mechanics.fe.stiffness import (
 )
 
 #: A traction in MPa: one vector (3,), one per facet (3, k), or a function of points (3, ...) in mm.
+#: Voigt index of every tensor component, order xx, yy, zz, yz, xz, xy.
+_VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
+
 Traction: TypeAlias = ArrayLike | Callable[[FloatArray], FloatArray]
 
 #: A region is too narrow to carry a moment when its load matrix is conditioned worse than this.
@@ -226,6 +229,26 @@ def thermal_force(
         kernel_coefficients(known_at(stiffness, "gauss")),
         shape_derivatives(space.order, barycentric("gauss")),
         expansion * heated,
+    )
+
+
+def stress_force(space: TetSpace, stress: FloatArray) -> FloatArray:
+    """Nodal forces ``(3, N)`` that do the work of a stress on strains, summed over points.
+
+    Parameters
+    ----------
+    space : TetSpace
+    stress : (6, M, 4) array
+        Voigt, at the Gauss points, each with the volume that it stands for: N mm.
+    """
+    corners = space.nodes[:, space.elements[:4]]
+    edges = (corners[:, 1:] - corners[:, :1]).transpose(2, 1, 0)
+    inverse = np.linalg.inv(edges).transpose(0, 2, 1)
+    gradients = np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1)
+    shapes = shape_derivatives(space.order, barycentric("gauss"))
+    flux = np.einsum("xymq,mvy->xvqm", stress[_VOIGT], gradients, optimize=True)
+    return _scattered(
+        space, space.elements, np.einsum("qav,xvqm->xam", shapes, flux, optimize=True)
     )
 
 

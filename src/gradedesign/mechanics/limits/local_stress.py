@@ -11,18 +11,17 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from scipy.optimize import brentq
 
-from gradedesign.arrays import BoolArray, FloatArray, locked
+from gradedesign.arrays import BoolArray, locked
 from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
-from gradedesign.mechanics.fe.stress import weighted_percentile
 from gradedesign.mechanics.limits.analysis import Analysis, PhaseStress, SubmodelStress
 from gradedesign.mechanics.limits.banded import Banded
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.limit import Limit, LimitKind, PlacedModel, StatedLimit
 from gradedesign.mechanics.limits.limits_schema import LimitsSpec
 from gradedesign.mechanics.limits.row import LimitRow
-from gradedesign.mechanics.limits.state import HomogenisedState, Predicted
+from gradedesign.mechanics.limits.state import HomogenisedState, Predicted, Response
+from gradedesign.mechanics.limits.volume_percentile import VolumePercentile, volume_percentile
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.material.scaling_law import ScalingLaw
 
@@ -51,9 +50,7 @@ class StressLimit(Limit):
 
     unit: ClassVar[str] = "MPa"
     needs_stress: ClassVar[bool] = True
-    # A percentile below its aim lets points exceed the limit, by at most a quarter: half a per
-    # cent of volume must not hide a failing cell.
-    most_allowance: ClassVar[float] = 1.25
+    by_gradient: ClassVar[bool] = True
     scatter: ClassVar[float] = 1.03
 
     def __post_init__(self) -> None:
@@ -71,25 +68,41 @@ class StressLimit(Limit):
 
         The largest of the load cases, as explicit analyses are judged.
         """
-        weights = state.lattice_volumes * state.effective_density * self.evaluated
-        if weights.sum() <= 0:
-            return Predicted(value=0.0, load_case="")
         value, load_case = max(
-            (_volume_percentile(state, name, weights, self.percentile), name)
-            for name in state.load_cases
+            (self._percentile(state, name).value, name) for name in state.load_cases
         )
         return Predicted(value=self.factor * value, load_case=load_case)
 
-    def least_density(self, state: HomogenisedState, allowance: float = 1.0) -> FloatArray:
-        """Density at which the present macroscopic stress just uses the limit, ``(M,)``.
+    def responses(
+        self, state: HomogenisedState, memory: tuple[int, ...] = ()
+    ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
+        """The percentile in every load case, the largest first."""
+        found = [(self._percentile(state, name), name) for name in state.load_cases]
+        found.sort(key=lambda each: -each[0].value)
+        return tuple(self._response(state, *each) for each in found), memory
 
-        Tetrahedra that are not evaluated ask for nothing.
-        """
-        permitted = self.allowed * allowance / self.factor
-        wanted = np.max(
-            [state.density_for_stress(name, permitted) for name in state.load_cases], axis=0
+    def _percentile(self, state: HomogenisedState, load_case: str) -> VolumePercentile:
+        weights = state.lattice_volumes * self.evaluated
+        return volume_percentile(
+            state.local_stress(load_case),
+            state.effective_density,
+            weights,
+            state.law,
+            self.percentile,
         )
-        return np.where(self.evaluated, wanted, 0.0)
+
+    def _response(
+        self, state: HomogenisedState, found: VolumePercentile, load_case: str
+    ) -> Response:
+        by_displacement, by_density = state.through_local_stress(load_case, found.by_local)
+        by_density = by_density + found.by_density * state.effective_slope
+        return Response(
+            name=self.name,
+            load_case=load_case,
+            value=self.factor * found.value,
+            by_displacement=self.factor * by_displacement,
+            by_density=self.factor * by_density,
+        )
 
     def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:
         """The largest percentile of every phase, MPa."""
@@ -139,33 +152,6 @@ class StressLimit(Limit):
 def _decisive(measure: PhaseStress) -> float:
     """The unfavourable end of the band; the value where there is none."""
     return measure.value if measure.band is None else measure.band.high
-
-
-def _volume_percentile(
-    state: HomogenisedState, load_case: str, weights: FloatArray, percentile: float
-) -> float:
-    """Percentile of the local stress over all solid of the lattice, MPa.
-
-    Where the law knows how the stress is distributed inside a cell, these distributions are mixed;
-    else every tetrahedron counts with the one local stress it has, which is too high where the
-    stress varies: half a per cent of a few cells is not half a per cent of the lattice.
-    """
-    local = state.local_stress(load_case)
-    used = (weights > 0) & (local > 0)
-    if not state.law.knows_distribution or not used.any():
-        return weighted_percentile(local, weights, percentile)
-    law = state.law.among(used)
-    density = np.clip(state.effective_density[used], *law.window)
-    some, weight = local[used], weights[used] / weights.sum()
-
-    def excess(log_stress: float) -> float:
-        above = law.volume_above(np.exp(log_stress) / some, density)
-        return float(np.log(weight @ above / (1 - percentile / 100)))
-
-    low, high = np.log(some.min()) - 20.0, np.log(some.max()) + 5.0
-    if percentile >= 100.0 or excess(low) <= 0:
-        return weighted_percentile(local, weights, percentile)
-    return float(np.exp(brentq(excess, low, high, xtol=1e-9)))
 
 
 def allowed_stress(limits: LimitsSpec, material: Material) -> float | None:

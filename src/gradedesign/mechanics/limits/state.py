@@ -56,6 +56,18 @@ class HomogenisedState(Protocol):
     def local_stress(self, load_case: str) -> FloatArray:
         """Predicted von Mises stress in the solid of the lattice, ``(M,)``, MPa."""
 
+    @property
+    def effective_slope(self) -> FloatArray:
+        """Derivative of effective by nominal density, ``(M,)``."""
+
+    def through_local_stress(
+        self, load_case: str, by_local: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Derivatives of a value by displacements, (3, N), and by densities at these, ``(M,)``.
+
+        ``by_local`` holds its derivatives by the local stress of every tetrahedron, ``(M,)``.
+        """
+
     def density_for_stress(self, load_case: str, permitted: float) -> FloatArray:
         """Nominal density that keeps the local stress within ``permitted`` MPa, ``(M,)``.
 

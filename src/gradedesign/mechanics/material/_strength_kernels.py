@@ -72,3 +72,46 @@ def mean_powers(low, high, entries, stress, half, mean):
                     total[p] += power[p]
             for p in range(count):
                 mean[k, first + p] = total[p] / turns
+
+
+@njit(cache=True, nogil=True)
+def power_slopes(low, high, entries, weights, stress, half, slope):
+    """Fill the derivative by stress of the weighted sum of `mean_powers` over its forms.
+
+    Parameters
+    ----------
+    low, high : int
+        Range of stresses.
+    entries : (turns, k, 21) float64 array
+    weights : (k,) float64 array
+    stress : (6, n) float64 array
+    half : int
+    slope : (6, n) float64 array
+        Written; zero before.
+    """
+    turns, forms, _ = entries.shape
+    product = np.zeros(21)
+    total = np.zeros(21)
+    for p in range(low, high):
+        row = 0
+        for i in range(6):
+            for j in range(i, 6):
+                product[row] = stress[i, p] * stress[j, p]
+                total[row] = 0.0
+                row += 1
+        for turn in range(turns):
+            for k in range(forms):
+                value = 0.0
+                for c in range(21):
+                    value += entries[turn, k, c] * product[c]
+                power = weights[k] * half / turns
+                for _ in range(half - 1):
+                    power *= max(value, 0.0)
+                for c in range(21):
+                    total[c] += power * entries[turn, k, c]
+        row = 0
+        for i in range(6):
+            for j in range(i, 6):
+                slope[i, p] += total[row] * stress[j, p]
+                slope[j, p] += total[row] * stress[i, p]
+                row += 1

@@ -12,11 +12,19 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from scipy.special import expit
 
-from gradedesign.arrays import BoolArray, FloatArray, IntArray, locked
+from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.mechanics.material.density_from_stress import density_from_stress
 from gradedesign.mechanics.material.long_waves import density_for_long_waves, long_wave_use
 from gradedesign.mechanics.material.scaling_law import ScalingLaw
+
+#: Relative width of the local stress in an element whose law has one number for it. The percentile
+#: of a part is then a smooth function of density; it lies at most some 2 % above the one of
+#: single numbers. Chosen, not measured.
+SPREAD = 0.01
+#: Multiples of the local stress below this are none: keeps logarithms finite.
+_NO_STRESS = 1e-12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -66,13 +74,6 @@ class LawField:
         return any(law.local_stress is None for law in self.laws)
 
     @property
-    def knows_distribution(self) -> bool:
-        """Whether every law knows how local stress is distributed inside a cell."""
-        return all(
-            law.local_stress is not None and law.local_stress.has_distribution for law in self.laws
-        )
-
-    @property
     def buckling_window(self) -> tuple[FloatArray, FloatArray]:
         """Densities between which critical stresses were computed, scalars or ``(M,)``.
 
@@ -89,8 +90,8 @@ class LawField:
             np.where(used, ends[:, 1:], np.inf).min(axis=0),
         )
 
-    def among(self, used: BoolArray) -> LawField:
-        """The field of some elements, by a mask ``(M,)``."""
+    def among(self, used: IntArray) -> LawField:
+        """The field of some elements, by their indices."""
         if self.weights is None:
             return self
         return replace(
@@ -155,6 +156,46 @@ class LawField:
             local[at] += weight * value
         return local if self.strength_factor is None else np.asarray(local / self.strength_factor)
 
+    def local_slopes(
+        self, profile: FloatArray, rho: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Local stress ``(M,)``, and its derivatives by density and by the profile ``(k, M)``."""
+        local, by_rho = np.zeros(rho.size), np.zeros(rho.size)
+        by_profile = np.zeros(profile.shape)
+        factor = self.strength_factor
+        for (law, at, weight), rows in zip(self._parts(rho.size), self._stress_rows(), strict=True):
+            share = weight if factor is None else weight / factor[at]
+            if law.local_stress is None:
+                # Differences of a law that states no derivative: 1e-6 of density, its rounding.
+                step = 1e-6 * rho[at]
+                below, above = (np.clip(rho[at] + s * step, *law.window) for s in (-1.0, 1.0))
+                rise = law.strength(above) - law.strength(below)
+                strength = law.strength(rho[at])
+                value = profile[rows.start, at] / strength
+                by_rho[at] -= share * value * rise / ((above - below) * strength)
+                by_profile[rows.start, at] = share / strength
+            else:
+                value, slope, by = law.local_stress.slopes(profile[rows, at], rho[at])
+                by_rho[at] += share * slope
+                by_profile[rows, at] = share * by
+            local[at] += share * value
+        return local, by_rho, by_profile
+
+    def stress_slope(self, stress: FloatArray, by_profile: FloatArray) -> FloatArray:
+        """Derivative by stress ``(6, M, q)`` of what depends on its profile ``(k, M)``.
+
+        ``by_profile`` holds the derivatives by the profile of `stress_profile`.
+        """
+        slope = np.zeros(stress.shape)
+        for (law, at, _), rows in zip(self._parts(), self._stress_rows(), strict=True):
+            weight = by_profile[rows, at]
+            if law.local_stress is None:
+                part = von_mises_slope(stress[:, at]) * (weight[0][:, None] / stress.shape[2])
+            else:
+                part = law.local_stress.stress_slope(stress[:, at], weight)
+            slope[:, at] += part
+        return slope
+
     def density_for_stress(self, profile: FloatArray, permitted: float) -> FloatArray:
         """Density that keeps the local stress of every cell of an element permitted, ``(M,)``.
 
@@ -174,17 +215,25 @@ class LawField:
             least[at] = np.maximum(least[at], wanted)
         return least
 
-    def volume_above(self, stress_share: FloatArray, rho: FloatArray) -> FloatArray:
+    def volume_slopes(
+        self, stress_share: FloatArray, rho: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Share of the solid of an element above a multiple of its local stress, ``(M,)``.
 
-        As `LocalStressLaw.volume_above`; of a mix the mean over its cells.
+        With its derivatives by the logarithm of the multiple and by density, as
+        `LocalStressLaw.volume_slopes`; of a mix the mean over its cells. A law that knows no
+        distribution has one local stress in an element, with a spread of `SPREAD`.
         """
-        share = np.zeros(rho.size)
+        share, by_stress, by_rho = (np.zeros(rho.size) for _ in range(3))
         for law, at, weight in self._parts(rho.size):
-            if law.local_stress is None:
-                raise ValueError(f"law '{law.name}' knows no distribution of local stress")
-            share[at] += weight * law.local_stress.volume_above(stress_share[at], rho[at])
-        return share
+            if law.local_stress is None or not law.local_stress.has_distribution:
+                above = expit(-np.log(np.maximum(stress_share[at], _NO_STRESS)) / SPREAD)
+                parts = (above, -above * (1 - above) / SPREAD, 0.0 * above)
+            else:
+                parts = law.local_stress.volume_slopes(stress_share[at], rho[at])
+            for total, part in zip((share, by_stress, by_rho), parts, strict=True):
+                total[at] += weight * part
+        return share, by_stress, by_rho
 
     def buckling_profile(self, relative: FloatArray) -> FloatArray:
         """Buckling measures of stresses ``(6, M, q)`` over Young's modulus, ``(b, M)``.
@@ -258,3 +307,11 @@ class LawField:
 def _blocks(counts: list[int]) -> list[slice]:
     ends = np.cumsum([0, *counts]).tolist()
     return [slice(a, b) for a, b in pairwise(ends)]
+
+
+def von_mises_slope(stress: FloatArray) -> FloatArray:
+    """Derivative of the von Mises stress by Voigt stresses ``(6, ...)``; zero without stress."""
+    mean = stress[:3].mean(axis=0)
+    slope = np.concatenate([1.5 * (stress[:3] - mean), 3.0 * stress[3:]])
+    size = np.sqrt((slope[:3] ** 2).sum(axis=0) / 1.5 + (slope[3:] ** 2).sum(axis=0) / 3.0)
+    return np.divide(slope, size, out=np.zeros_like(slope), where=size > 0)

@@ -10,6 +10,7 @@ from scipy.interpolate import PchipInterpolator
 
 from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.errors import DensityError
+from gradedesign.mechanics.material.monotone_cubic import cubic_derivatives
 from gradedesign.mechanics.material.strength_surface import StrengthSurface
 
 #: Densities between which the least sufficient one is bracketed before it is found by bisection.
@@ -101,6 +102,42 @@ class LocalStressLaw:
             local[part] = _on_curves(curves, np.log(values[part]))
         return local
 
+    def slopes(
+        self, profile: FloatArray, rho: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Local stress of `at` ``(n,)``, its derivatives by density and by the profile (k, n)."""
+        place = np.log(self._inside(rho))
+        local, by_rho = np.zeros(rho.size), np.zeros(rho.size)
+        by_profile = np.zeros(profile.shape)
+        some = np.flatnonzero(profile.min(axis=0) > 0)
+        value, by_place, by_value = cubic_derivatives(
+            np.log(self.density), np.log(profile[:, some]), place[some]
+        )
+        local[some] = np.exp(value)
+        by_rho[some] = local[some] * by_place / rho[some]
+        by_profile[:, some] = local[some] * by_value / profile[:, some]
+        return local, by_rho, by_profile
+
+    def stress_slope(self, stress: FloatArray, by_profile: FloatArray) -> FloatArray:
+        """Derivative by macroscopic stress of what depends on its profile.
+
+        Parameters
+        ----------
+        stress : (6, n, q) array
+        by_profile : (k, n) array
+            Derivatives by the means over the q points of the profile.
+
+        Returns
+        -------
+        (6, n, q) array
+        """
+        slope = np.zeros(stress.shape)
+        for surface, weight in zip(self.surfaces, by_profile, strict=True):
+            some = np.flatnonzero(weight)
+            local = surface.local_stress(stress[:, some])
+            slope[:, some] += weight[some, None] * surface.slope(stress[:, some], local)
+        return slope / stress.shape[2]
+
     def least_density(
         self, profile: FloatArray, permitted: float, bounds: tuple[float, float]
     ) -> FloatArray:
@@ -173,17 +210,29 @@ class LocalStressLaw:
         Logarithm of the share over logarithm of the stress, linear between the percentages known
         and in the logarithm of density; beyond the highest as from the last two.
         """
+        return self.volume_slopes(stress_share, rho)[0]
+
+    def volume_slopes(
+        self, stress_share: FloatArray, rho: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The share of `volume_above`, with its derivatives by log stress and by density."""
         place = np.log(self._inside(rho))
         knots = np.log(self.density)
         piece = np.clip(np.searchsorted(knots, place, side="right") - 1, 0, knots.size - 2)
-        to_upper = (place - knots[piece]) / np.diff(knots)[piece]
+        width = np.diff(knots)[piece]
+        to_upper = (place - knots[piece]) / width
         x = np.log(np.maximum(stress_share, _NO_STRESS))
-        share = np.zeros(x.size)
+        share, by_stress, by_rho = (np.zeros(x.size) for _ in range(3))
         for i in np.unique(piece):
             here = piece == i
-            lower, upper = (_log_exceedance(self.surfaces[j], x[here]) for j in (i, i + 1))
-            share[here] = np.exp((1 - to_upper[here]) * lower + to_upper[here] * upper)
-        return share
+            (lower, falls), (upper, rises) = (
+                _log_exceedance(self.surfaces[j], x[here]) for j in (i, i + 1)
+            )
+            t = to_upper[here]
+            share[here] = np.exp((1 - t) * lower + t * upper)
+            by_stress[here] = share[here] * ((1 - t) * falls + t * rises)
+            by_rho[here] = share[here] * (upper - lower) / (width[here] * rho[here])
+        return share, by_stress, by_rho
 
     def _inside(self, rho: FloatArray) -> FloatArray:
         """Densities as float64, refused outside the range."""
@@ -220,13 +269,15 @@ class LocalStressLaw:
             yield part, PchipInterpolator(x, np.log(profile[:, part]))
 
 
-def _log_exceedance(surface: StrengthSurface, x: FloatArray) -> FloatArray:
-    """Logarithm of the volume share above ``exp(x)`` times the surface's local stress."""
+def _log_exceedance(surface: StrengthSurface, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Logarithm of the volume share above ``exp(x)`` times the local stress, and its slope."""
     percent, stress = surface.distribution
     share, place = np.log1p(-percent / 100), np.log(stress)
-    slope = (share[-1] - share[-2]) / (place[-1] - place[-2])
-    beyond = share[-1] + slope * np.maximum(x - place[-1], 0.0)
-    return np.where(x > place[-1], beyond, np.interp(x, place, share, left=0.0))
+    slopes = np.diff(share) / np.diff(place)
+    slope = slopes[np.clip(np.searchsorted(place, x) - 1, 0, slopes.size - 1)]
+    beyond = share[-1] + slopes[-1] * np.maximum(x - place[-1], 0.0)
+    value = np.where(x > place[-1], beyond, np.interp(x, place, share, left=0.0))
+    return value, np.where(x < place[0], 0.0, slope)
 
 
 def _on_curves(curves: PchipInterpolator, x: FloatArray) -> FloatArray:

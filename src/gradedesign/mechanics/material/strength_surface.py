@@ -84,6 +84,23 @@ class StrengthSurface:
         terms = symmetric_powers(self.forms, stress, self.exponent, self.symmetry)
         return np.asarray(np.tensordot(self.weights, terms, axes=1) ** (1 / self.exponent))
 
+    def slope(self, stress: FloatArray, local: FloatArray) -> FloatArray:
+        """Derivative of the local stress ``local`` by the macroscopic one, ``(6, ...)``.
+
+        Zero where there is no stress.
+        """
+        # Here, so that importing the package does not load numba.
+        from gradedesign.common.system.threads import in_ranges
+        from gradedesign.mechanics.material._strength_kernels import CHUNK, power_slopes
+
+        entries, flat = _kernel_arguments(self.forms, stress, self.symmetry)
+        # Of a multiple of the stress, of degree 0: its powers neither overflow nor vanish.
+        flat = flat / np.where(local > 0, local, 1.0).reshape(-1)
+        slope = np.zeros(flat.shape)
+        numbers = range(0, flat.shape[1], CHUNK)
+        in_ranges(power_slopes, numbers, entries, self.weights, flat, self.exponent // 2, slope)
+        return np.asarray((slope / self.exponent).reshape(stress.shape))
+
 
 def symmetric_powers(
     forms: FloatArray, stress: FloatArray, exponent: int, symmetry: str
@@ -103,18 +120,23 @@ def symmetric_powers(
     from gradedesign.common.system.threads import in_ranges
     from gradedesign.mechanics.material._strength_kernels import CHUNK, mean_powers
 
-    s = np.asarray(stress, dtype=np.float64)
-    flat = s.reshape(6, -1)
+    entries, flat = _kernel_arguments(forms, stress, symmetry)
+    mean = np.zeros((len(forms), flat.shape[1]))
+    in_ranges(mean_powers, range(0, flat.shape[1], CHUNK), entries, flat, exponent // 2, mean)
+    return np.asarray(mean.reshape(forms.shape[0], *np.shape(stress)[1:]))
+
+
+def _kernel_arguments(
+    forms: FloatArray, stress: FloatArray, symmetry: str
+) -> tuple[FloatArray, FloatArray]:
+    """Upper triangles of the turned forms ``(turns, k, 21)``, and stresses ``(6, n)``."""
     turns = _stress_turns(symmetry)
     upper = np.triu_indices(6)
     factor = np.where(upper[0] == upper[1], 1.0, 2.0)
     # Turned forms instead of turned stresses: they are turned once for all points.
     turned = np.einsum("tca,kcd,tdb->tkab", turns, forms, turns, optimize=True)
     entries = np.ascontiguousarray(turned[:, :, upper[0], upper[1]] * factor)
-    mean = np.zeros((len(forms), flat.shape[1]))
-    numbers = range(0, flat.shape[1], CHUNK)
-    in_ranges(mean_powers, numbers, entries, np.ascontiguousarray(flat), exponent // 2, mean)
-    return np.asarray(mean.reshape(forms.shape[0], *s.shape[1:]))
+    return entries, np.ascontiguousarray(np.asarray(stress, dtype=np.float64).reshape(6, -1))
 
 
 @cache

@@ -44,6 +44,11 @@ def cell_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     )
 
 
+def cell_stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """d(cell stiffness)/d(rho), shaped as `cell_stiffness`, MPa."""
+    return _rotated(model, _scale(model, rho) * _relative_slope(model, rho))
+
+
 def lattice_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     """Corrected stiffness of the lattice phase in global axes, ``(6, 6, [4 or 10,] M)``, MPa."""
     if model.walls is None:

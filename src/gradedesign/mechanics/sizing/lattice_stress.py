@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
+from gradedesign.mechanics.fe.load_case import PartLoadCase
 from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.stiffness import Stiffness
 from gradedesign.mechanics.fe.stress import element_stress, element_von_mises
@@ -72,14 +73,12 @@ def stress_demand(
     tuple of LatticeStress
         One per load case, in their order.
     """
-    thermal = model.material.thermal_expansion
     by_name = {s.name: s for s in solutions}
     stresses = []
     for case in model.cases:
         displacement = by_name[case.name].displacement
-        strain = thermal * case.temperature_change
-        tensor = element_stress(model.space, stiffness, displacement, thermal_strain=strain)
-        turned = in_cell_axes(model, tensor[_VOIGT])
+        strain = model.material.thermal_expansion * case.temperature_change
+        turned = stress_in_cells(model, stiffness, case, displacement)
         buckling = model.law.buckling_profile(turned / model.material.youngs_modulus)
         if model.cut_share is not None:
             buckling = buckling / model.cut_share
@@ -89,6 +88,15 @@ def stress_demand(
         demand = model.law.stress_profile(turned, macro)
         stresses.append(LatticeStress(demand=demand, buckling=buckling))
     return tuple(stresses)
+
+
+def stress_in_cells(
+    model: HomogenisedModel, stiffness: Stiffness, case: PartLoadCase, displacement: FloatArray
+) -> FloatArray:
+    """Voigt stress at the Gauss points in the axes of the cells, ``(6, M, 4)``, MPa."""
+    strain = model.material.thermal_expansion * case.temperature_change
+    tensor = element_stress(model.space, stiffness, displacement, thermal_strain=strain)
+    return in_cell_axes(model, tensor[_VOIGT])
 
 
 def in_cell_axes(model: HomogenisedModel, stress: FloatArray) -> FloatArray:
@@ -103,6 +111,19 @@ def in_cell_axes(model: HomogenisedModel, stress: FloatArray) -> FloatArray:
     else:
         turned = np.einsum("baqm,bmq->amq", model.rotation, whole)
     return turned / twice
+
+
+def from_cell_axes(model: HomogenisedModel, by_stress: FloatArray) -> FloatArray:
+    """Derivatives ``(6, M, 4)`` by stresses in global axes of those by stresses in cell axes."""
+    if np.array_equal(model.rotation, np.eye(6)):
+        return by_stress
+    twice = _TWICE.reshape(6, *(1,) * (by_stress.ndim - 1))
+    whole = by_stress / twice
+    if model.rotation.ndim == 2:
+        turned = np.tensordot(model.rotation, whole, axes=1)
+    else:
+        turned = np.einsum("abqm,bmq->amq", model.rotation, whole)
+    return turned * twice
 
 
 def local_stress_at(model: HomogenisedModel, stress: LatticeStress, rho: FloatArray) -> FloatArray:

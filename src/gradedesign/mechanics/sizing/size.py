@@ -5,40 +5,28 @@ from __future__ import annotations
 import logging
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.common.system.progress import report_step, stepping
-from gradedesign.mechanics.limits.limit import Limit
 from gradedesign.mechanics.limits.state import Response
-from gradedesign.mechanics.sizing.convergence import (
-    calmed,
-    is_two_cycle,
-    mass_settled,
-    near_enough,
-    rise,
-    stands_still,
-)
-from gradedesign.mechanics.sizing.felt_variables import (
-    FeltVariables,
-    felt_variables,
-    first_variables,
-    variable_floor,
-)
 from gradedesign.mechanics.sizing.filter import collected
-from gradedesign.mechanics.sizing.homogenised import homogenised_system
-from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
-from gradedesign.mechanics.sizing.lattice_stiffness import growth_exponent
-from gradedesign.mechanics.sizing.lowered import lowered
+from gradedesign.mechanics.sizing.homogenised import homogenised_system, lattice_mass, solid_slope
 from gradedesign.mechanics.sizing.mean_density import size_by_mean_density
-from gradedesign.mechanics.sizing.optimality import optimality_step
+from gradedesign.mechanics.sizing.moving_asymptotes import (
+    Asymptotes,
+    asymptotes_step,
+    first_asymptotes,
+    moved_asymptotes,
+)
 from gradedesign.mechanics.sizing.problem import (
     SizingProblem,
     SizingResult,
     SizingStep,
+    density_slope,
     element_densities,
     filtered_for,
     sizing_result,
@@ -49,11 +37,17 @@ from gradedesign.mechanics.sizing.state import SolvedState, solved_state
 
 log = logging.getLogger(__name__)
 
-#: Iterations beyond the stated number, while a limit is used beyond its aim. Chosen, not measured.
+#: Times the stated number of iterations, while a limit is used beyond its aim. Chosen, not
+#: measured.
 INSISTENCE = 3
 #: Designs before, from whose displacements the next solves start. They save a third of the
 #: applications of multigrid in `bracket` (612 instead of 916).
 RECENT = 2
+#: Iterations over which mass and utilisations stand still where a design has settled. Chosen, not
+#: measured.
+STILL = 4
+#: Changes below this share of the tolerance are none. Chosen, not measured.
+UNMOVED = 0.05
 
 __all__ = ["SizingProblem", "SizingResult", "SizingStep", "size"]
 
@@ -64,7 +58,7 @@ def size(
     start: FloatArray | None = None,
     max_iterations: int = 60,
     tolerance: float = 0.004,
-    move: float = 0.3,
+    move: float = 0.2,
     keep: float = 0.0,
     on_step: Callable[[SizingStep], None] | None = None,
 ) -> SizingResult:
@@ -81,7 +75,7 @@ def size(
         utilisations stand still, none farther above its aim; or when nothing moves at all.
         Whether the limits hold is `SizingResult.feasible`.
     move : float
-        Largest relative change of a variable per iteration.
+        Largest change of a variable per iteration, over its range.
     keep : float
         Share of its start that every variable keeps at least.
     on_step : callable, optional
@@ -92,12 +86,9 @@ def size(
 
     Notes
     -----
-    A filter of one column is a uniform density, see `size_by_mean_density`. Else limits by gradient
-    enter by adjoints through an optimality criterion; the others enter as a lower bound of each
-    density, as the stress ratio does (Ramirez 2022, A.2.3); the highest governs. Iterates that jump
-    to and fro are recognised and damped by halving the move limit. Beyond ``max_iterations`` a
-    limit that gains nothing raises all densities. A design that ends below its aim is lowered to
-    it, see `lowered`.
+    A filter of one column is a uniform density, see `size_by_mean_density`. Else all limits enter
+    together by their gradients, as logarithms of utilisations, which stay of order 1, through the
+    method of moving asymptotes; a limit without a gradient bounds every density from below.
     """
     if problem.filter.shape[1] == 1:
         return size_by_mean_density(
@@ -106,109 +97,103 @@ def size(
             tolerance=tolerance, on_step=on_step,
         )  # fmt: skip
     lo, hi = problem.bounds
-    felt = felt_variables(problem)
-    x = first_variables(problem, felt, start)
+    active = moving_variables(problem)
+    x = np.full(active.shape, np.sqrt(lo * hi)) if start is None else start
+    x = np.where(active, np.clip(x, lo, hi), lo)
+    least, ends = np.maximum(keep * x, lo), (np.full(x.shape, lo), np.full(x.shape, hi))
+    asymptotes = first_asymptotes(x, *ends)
     history: list[SizingStep] = []
-    previous: list[FloatArray] = []
-    allowances = [1.0] * len(problem.limits)
     memories: list[tuple[int, ...]] = [()] * len(problem.limits)
     recent: deque[tuple[FloatArray, ...]] = deque(maxlen=RECENT)
-    first, calm, least_variables = x, np.ones(x.shape), keep * x
+    change = 1.0
     for iteration in range(INSISTENCE * max_iterations):
         rho = element_densities(problem, x)
         most = max_iterations * (1 if iteration < max_iterations else INSISTENCE)
         with stepping(f"sizing iteration {iteration + 1} of {most} at most"):
             analysed = _analyse(problem, rho, memories, recent)
-        report_step(f"new densities of iteration {iteration + 1}")
-        floor = _density_floor(problem, analysed, allowances)
-        floor = np.maximum(variable_floor(problem.filter, felt.sums, floor, lo), least_variables)
-        bounds = _step_bounds(x, move * calm, floor, (lo, hi))
-        new = _new_variables(problem, felt, x, analysed, bounds)
-        change = float(np.abs(new - x)[felt.active].max(initial=0.0) / hi)
-        step = sizing_step(problem, rho, iteration, analysed.utilisations, change)
-        history.append(step)
+        history.append(sizing_step(problem, rho, iteration, analysed.utilisations, change))
         if on_step is not None:
-            on_step(step)
-        holds = step.utilisation <= near_enough(problem, tolerance)
-        settled = iteration > 2 and stands_still(history, tolerance, holds=holds)
-        stalled = settled or mass_settled(history, tolerance)
-        factor = 1.0 if holds else rise(history, problem.target, settled=stalled)
-        ended = settled and factor == 1.0
-        if ended or (holds and iteration + 1 >= max_iterations):
-            least = np.where(felt.active, np.maximum(lo, keep * first), x)
-            return _at_its_aim(problem, x, least, history, tolerance, on_step, converged=ended)
-        if factor > 1.0 and (stalled or iteration + 1 >= max_iterations):
-            new = least_variables = np.maximum(least_variables, np.minimum(factor * new, hi))
-        if previous:
-            calm = calmed(calm, (new - x) * (x - previous[-1]))
-        if len(previous) > 1 and is_two_cycle(new, x, previous[-1]):
-            move *= 0.5
-        previous.append(x)
+            on_step(history[-1])
+        holds = history[-1].utilisation <= near_enough(problem, tolerance)
+        ended = stands_still(history, tolerance, holds=holds)
+        if ended or (iteration + 1 >= max_iterations and holds):
+            return sizing_result(problem, x, history, converged=ended)
+        report_step(f"new densities of iteration {iteration + 1}")
+        floor = np.clip(_floor(problem, analysed.state), least, hi)
+        new = x.copy()
+        new[active] = _next_variables(problem, analysed, x, asymptotes, floor, move)[active]
+        asymptotes = moved_asymptotes(asymptotes, new, *ends)
+        change = float(np.abs(new - x).max(initial=0.0) / hi)
         x = new
-    return sizing_result(problem, previous[-1], history, converged=False)
+    return sizing_result(problem, x, history, converged=False)
 
 
-def _at_its_aim(
+def moving_variables(problem: SizingProblem) -> BoolArray:
+    """Design variables that move any lattice, ``(n,)``."""
+    weights = problem.model.lattice_volumes * density_slope(problem)
+    return np.asarray(collected(problem.filter, weights) > 0)
+
+
+def near_enough(problem: SizingProblem, tolerance: float) -> float:
+    """Largest utilisation of a stationary design that is accepted: near the aim, within limits."""
+    near = problem.target * (1 + tolerance)
+    return near if problem.target >= 1.0 else min(near, 1.0)
+
+
+def stands_still(history: Sequence[SizingStep], tolerance: float, *, holds: bool) -> bool:
+    """Mass and utilisations have settled where the limits hold, or nothing moves at all."""
+    last = history[-STILL:]
+    if len(history) <= STILL:
+        return False
+    mass = np.array([step.mass_g for step in last])
+    used = np.array([step.utilisations for step in last])
+    settled = bool(
+        np.ptp(mass) <= tolerance * mass[-1] and np.ptp(used, axis=0).max(initial=0.0) <= tolerance
+    )
+    return (holds and settled) or all(step.change < UNMOVED * tolerance for step in last)
+
+
+def _next_variables(
     problem: SizingProblem,
-    x: FloatArray,
-    least: FloatArray,
-    history: Sequence[SizingStep],
-    tolerance: float,
-    on_step: Callable[[SizingStep], None] | None,
-    *,
-    converged: bool,
-) -> SizingResult:
-    """Result of variables that hold every limit, lowered where they stay below the aim."""
-    accepted = near_enough(problem, tolerance)
-    x, steps = lowered(problem, x, history[-1], least, accepted, on_step)
-    return sizing_result(problem, x, [*history, *steps], converged=converged)
-
-
-def _step_bounds(
-    x: FloatArray, move: FloatArray, floor: FloatArray, bounds: tuple[float, float]
-) -> tuple[FloatArray, FloatArray]:
-    """Least and greatest variables of a step: within its move limits, but never below the floor."""
-    lo, hi = bounds
-    lower = np.clip(np.maximum(x * (1 - move), floor), lo, hi)
-    return lower, np.maximum(np.clip(x * (1 + move), lo, hi), lower)
-
-
-def _new_variables(
-    problem: SizingProblem,
-    felt: FeltVariables,
-    x: FloatArray,
     analysed: _Analysed,
-    bounds: tuple[FloatArray, FloatArray],
+    x: FloatArray,
+    asymptotes: Asymptotes,
+    floor: FloatArray,
+    move: float,
 ) -> FloatArray:
-    """Lightest variables within the bounds of a step that hold the limits by gradient."""
-    lower, upper = bounds
-    active = felt.active
-    if not any(limit.by_gradient for limit in problem.limits):
-        return np.where(active, lower, problem.bounds[0])
-    new = x.copy()
-    new[active] = optimality_step(
-        x[active],
-        felt.cost[active],
-        analysed.governing / problem.target,
-        collected(problem.filter, analysed.gradients * felt.slope / problem.target)[:, active],
-        lower[active],
-        upper[active],
-        exponent=_mean_exponent(problem.model, analysed.state.rho),
-    )[0]
+    """Lightest variables ``(n,)`` near the present ones that hold the limits, as approximated."""
+    model, rho = problem.model, analysed.state.rho
+    slope = density_slope(problem)
+    cost = model.lattice_volumes * solid_slope(model, rho) * slope
+    cost *= model.material.density / lattice_mass(model, rho)
+    used = analysed.governing / problem.target
+    with np.errstate(divide="ignore"):
+        values = np.log(used)
+    gradients = analysed.gradients * slope / (problem.target * used[:, None])
+    free = floor < problem.bounds[1]
+    new = floor.copy()
+    new[free], _ = asymptotes_step(
+        np.maximum(x, floor)[free],
+        collected(problem.filter, cost)[free],
+        values,
+        collected(problem.filter, gradients)[:, free],
+        (floor[free], np.full(int(free.sum()), problem.bounds[1])),
+        replace(asymptotes, distance=asymptotes.distance[free]),
+        move=move,
+    )
     return new
 
 
-def _density_floor(
-    problem: SizingProblem, analysed: _Analysed, allowances: list[float]
-) -> FloatArray:
-    """Least filtered variables ``(M,)`` that limits without gradient ask for; steers allowances."""
-    floor = np.zeros(analysed.state.rho.shape)
-    for k, (limit, used) in enumerate(zip(problem.limits, analysed.utilisations, strict=True)):
-        if not limit.by_gradient:
-            allowances[k] = _next_allowance(limit, allowances[k], problem.target, used)
-            wanted = limit.least_density(analysed.state, allowances[k])
-            floor = np.maximum(floor, wanted)
-    return filtered_for(problem, floor)
+def _floor(problem: SizingProblem, state: SolvedState) -> FloatArray:
+    """Least variables ``(n,)`` that limits without a gradient ask for."""
+    asked = [limit.least_density(state) for limit in problem.limits if not limit.by_gradient]
+    if not asked:
+        return np.zeros(problem.filter.shape[1])
+    floor = filtered_for(problem, np.max(asked, axis=0))
+    sums = collected(problem.filter, np.ones(floor.shape))
+    mean = collected(problem.filter, floor) / np.where(sums > 0, sums, 1.0)
+    # A variable is at least the mean of what its elements ask for; one of a single element that.
+    return np.maximum(mean, floor) if mean.shape == floor.shape else mean
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -264,22 +249,9 @@ def _analyse(
     )
 
 
-def _mean_exponent(model: HomogenisedModel, rho: FloatArray) -> float:
-    """Mean of d(ln C11)/d(ln rho) over the lattice, the power of the reciprocal expansion."""
-    weights = model.lattice_volumes
-    return max(float(weights @ growth_exponent(model, rho) / weights.sum()), 1.0)
-
-
 def _in_reach(utilisation: FloatArray) -> BoolArray:
     """Limits that one step can make active: used to a third of the most used one.
 
     Move limits of 30 % change a displacement by less than a factor of three.
     """
     return np.asarray(utilisation > utilisation.max(initial=0.0) / 3.0)
-
-
-def _next_allowance(limit: Limit, allowance: float, target: float, utilisation: float) -> float:
-    """Steer the bound of a limit at every point so that its value lands on its target."""
-    if utilisation <= 0:
-        return allowance
-    return float(np.clip(allowance * np.sqrt(target / utilisation), 0.5, limit.most_allowance))

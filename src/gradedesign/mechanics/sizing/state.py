@@ -19,6 +19,7 @@ from gradedesign.mechanics.sizing.homogenised import mass_density, solid_slope, 
 from gradedesign.mechanics.sizing.homogenised_model import (
     HomogenisedModel,
     effective_density,
+    effective_slope,
     nominal_density,
 )
 from gradedesign.mechanics.sizing.lattice_stress import (
@@ -27,6 +28,7 @@ from gradedesign.mechanics.sizing.lattice_stress import (
     least_density,
     local_stress_at,
 )
+from gradedesign.mechanics.sizing.stress_slopes import through_local_stress
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -92,6 +94,24 @@ class SolvedState:
     def local_stress(self, load_case: str) -> FloatArray:
         """Predicted von Mises stress in the solid of the lattice, ``(M,)``, MPa."""
         return local_stress_at(self.model, self.stress[load_case], self.rho)
+
+    def through_local_stress(
+        self, load_case: str, by_local: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Derivatives by displacements ``(3, N)`` and densities, see `through_local_stress`."""
+        return through_local_stress(
+            self.model,
+            self.rho,
+            case_named(self.model, load_case),
+            self.displacement(load_case),
+            self.stress[load_case],
+            by_local,
+        )
+
+    @property
+    def effective_slope(self) -> FloatArray:
+        """Derivative of effective by nominal density, ``(M,)``."""
+        return effective_slope(self.model, self.rho)
 
     def density_for_stress(self, load_case: str, permitted: float) -> FloatArray:
         """Nominal density that keeps the local stress within ``permitted`` MPa, ``(M,)``."""
