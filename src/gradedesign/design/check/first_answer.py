@@ -127,8 +127,7 @@ def _constant(setup: Setup, row: LimitRow) -> ConstantDensity:
     if row.unfavourable == "low":
         reason = "no rule gives the density at which a least value holds; sizing finds it"
         return ConstantDensity(row=row, density=None, mass_g=None, reason=reason)
-    # Values of limits by gradient, displacements and work, fall as one over the stiffness.
-    stiff = {limit.key.kind for limit in setup.problem.limits if limit.by_gradient}
+    stiff = {limit.key.kind for limit in setup.problem.limits if limit.follows_stiffness}
     least = density_for_stiffness if row.key.kind in stiff else density_for_strength
     try:
         needed = [least(law, row.utilisation) for law in setup.model.law.laws]

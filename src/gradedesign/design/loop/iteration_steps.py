@@ -272,7 +272,9 @@ def lattice_share(
     model, rho = state.model, state.rho
     weights = state.lattice_volumes
     mean = float(weights @ rho / weights.sum())
-    pairs = [(limit.responses(state)[0][0], limit.allowed) for limit in limits if limit.by_gradient]
+    pairs = [
+        (limit.responses(state)[0][0], limit.allowed) for limit in limits if limit.follows_stiffness
+    ]
     if not pairs:
         return 0.0, mean
     worst, _ = max(pairs, key=lambda pair: pair[0].value / pair[1])

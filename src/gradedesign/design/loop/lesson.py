@@ -92,11 +92,11 @@ def judged_rows(
 
 
 def _most_used(limits: Sequence[Limit], explicit: Mapping[LimitKey, float]) -> LimitKey | None:
-    """The limit by gradient that is used most; None without any."""
+    """The limit on stiffness that is used most; None without any."""
     utilisations = {
         limit.key: explicit[limit.key] / limit.allowed
         for limit in limits
-        if limit.by_gradient and limit.key in explicit
+        if limit.follows_stiffness and limit.key in explicit
     }
     return max(utilisations, key=lambda key: utilisations[key], default=None)
 
@@ -113,7 +113,7 @@ def _corrected(
     correction, discrepancy = prior.correction, prior.discrepancies[-1]
     damping = damping_for(prior.discrepancies)
     factors = {limit.key: correction.factor(limit.key) for limit in limits if limit.explicit}
-    bounds = [limit.key for limit in limits if limit.explicit and not limit.by_gradient]
+    bounds = [limit.key for limit in limits if limit.explicit and not limit.follows_stiffness]
     for key in bounds:
         factors[key] = damped(factors[key], factors[key] * (1.0 + discrepancy.of(key)), damping)
     worst = discrepancy.governing

@@ -111,7 +111,7 @@ def guessed_density(setup: Setup, solid: Sequence[LimitRow] = ()) -> float:
     rho = np.linspace(low, high, SAMPLES)
     stiffness = np.moveaxis(setup.cells.law.stiffness(rho), -1, 0)
     modulus = 1.0 / np.linalg.inv(stiffness)[:, 0, 0]
-    stiff = {limit.key.kind for limit in setup.problem.limits if limit.by_gradient}
+    stiff = {limit.key.kind for limit in setup.problem.limits if limit.follows_stiffness}
     soft = max((row.utilisation for row in solid if row.key.kind in stiff), default=0.0)
     weak = max((row.utilisation for row in solid if row.key.kind not in stiff), default=0.0)
     guess = float(np.interp(soft, modulus, rho))

@@ -81,12 +81,11 @@ class BucklingLimit(Limit):
             f"have {rho:.3g}; {how}"
         )
 
-    def least_density(self, state: HomogenisedState, allowance: float = 1.0) -> FloatArray:
+    def least_density(self, state: HomogenisedState) -> FloatArray:
         """Density at which the present macroscopic stress just reaches the limit, ``(M,)``."""
-        permitted = allowance * self.allowed
         effective = np.max(
             [
-                self.law.density_for_buckling(state.buckling_profile(name), permitted)
+                self.law.density_for_buckling(state.buckling_profile(name), self.allowed)
                 for name in state.load_cases
             ],
             axis=0,

@@ -1,8 +1,8 @@
 """The protocol of limits, used by sizing, the loop, acceptance, report and check.
 
-A limit enters sizing on one of two roads. By gradient: it gives its value with the derivative by
-the displacements, and sizing solves the adjoint problem. Or as a lower bound: it gives the density
-that every tetrahedron needs at its present macroscopic stress.
+A limit enters sizing by its gradient: it gives its value with the derivative by the displacements,
+and sizing solves the adjoint problem. One that has none (buckling of cells, whose value is that of
+the worst place) gives the density that every tetrahedron needs at its present macroscopic stress.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Limit(ABC):
 
     #: Unit of value and limit.
     unit: ClassVar[str]
-    #: Sizing reads `responses`; else `least_density`.
+    #: Sizing reads `responses`; else `least_density`, which bounds every density from below.
     by_gradient: ClassVar[bool] = False
     #: The homogenised state must hold stresses.
     needs_stress: ClassVar[bool] = False
@@ -65,10 +65,13 @@ class Limit(ABC):
     unfavourable: ClassVar[str] = "high"
     #: The value converges with the order that an analysis states; percentiles and maxima do not.
     converges: ClassVar[bool] = False
-    #: Largest factor on the limit of a point while the value is below its aim.
-    most_allowance: ClassVar[float] = 1.0
     #: Utilisation up to which a broken limit may hold again by changes elsewhere in the design.
     scatter: ClassVar[float] = 1.0
+
+    @property
+    def follows_stiffness(self) -> bool:
+        """Whether the value falls as the stiffness grows: a displacement or work, no stress."""
+        return self.by_gradient and not self.needs_stress
 
     @property
     @abstractmethod
@@ -96,11 +99,10 @@ class Limit(ABC):
         """
         raise NotImplementedError(f"{type(self).__name__} enters sizing by least_density")
 
-    def least_density(self, state: HomogenisedState, allowance: float = 1.0) -> FloatArray:
+    def least_density(self, state: HomogenisedState) -> FloatArray:
         """Nominal density at which the present macroscopic stress just reaches the limit, ``(M,)``.
 
-        ``allowance`` scales the limit at a point. The top of the law's window where no density
-        suffices; zero where nothing is asked for.
+        The top of the law's window where no density suffices; zero where nothing is asked for.
         """
         raise NotImplementedError(f"{type(self).__name__} enters sizing by responses")
 

@@ -68,12 +68,6 @@ class HomogenisedState(Protocol):
         ``by_local`` holds its derivatives by the local stress of every tetrahedron, ``(M,)``.
         """
 
-    def density_for_stress(self, load_case: str, permitted: float) -> FloatArray:
-        """Nominal density that keeps the local stress within ``permitted`` MPa, ``(M,)``.
-
-        The macroscopic stress is held. The top of the law's window where that is not enough.
-        """
-
     def buckling_profile(self, load_case: str) -> FloatArray:
         """Use of the resistance against buckling, as `LawField.buckling_profile`, ``(b, M)``."""
 

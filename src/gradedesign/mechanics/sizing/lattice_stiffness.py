@@ -75,15 +75,6 @@ def as_stiffness(C: FloatArray) -> Stiffness:
     return GaussStiffness(C=C) if C.shape[2] == 4 else MomentStiffness(C=C)
 
 
-def growth_exponent(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
-    """d(ln C11)/d(ln rho) in the axes of the cells, ``(M,)``.
-
-    With the correction, without walls.
-    """
-    whole = _law_stiffness(model, effective_density(model, rho))[0, 0]
-    return rho * _relative_slope(model, rho)[0, 0] / whole
-
-
 def effective_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     """Stiffness of both phases, ``(6, 6, [4 or 10,] M)``, MPa."""
     lattice = in_lattice(model, lattice_stiffness(model, rho))

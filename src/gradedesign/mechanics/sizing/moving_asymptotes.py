@@ -2,8 +2,8 @@
 
 Constraints are replaced by convex separable functions of ``1 / (U - x)`` and ``1 / (x - L)``, whose
 asymptotes L and U draw together where a variable swings and apart where it goes on in one
-direction. The objective is a mass, which is all but linear, and stays so. The subproblem is solved by Newton's method on its optimality conditions
-with a barrier that is lowered to nothing.
+direction. The objective is a mass, which is all but linear, and stays so. The subproblem is solved
+by Newton's method on its optimality conditions, with a barrier that is lowered to nothing.
 
 References
 ----------

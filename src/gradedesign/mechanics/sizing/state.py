@@ -25,7 +25,6 @@ from gradedesign.mechanics.sizing.homogenised_model import (
 from gradedesign.mechanics.sizing.lattice_stress import (
     LatticeStress,
     lattice_stress,
-    least_density,
     local_stress_at,
 )
 from gradedesign.mechanics.sizing.stress_slopes import through_local_stress
@@ -112,10 +111,6 @@ class SolvedState:
     def effective_slope(self) -> FloatArray:
         """Derivative of effective by nominal density, ``(M,)``."""
         return effective_slope(self.model, self.rho)
-
-    def density_for_stress(self, load_case: str, permitted: float) -> FloatArray:
-        """Nominal density that keeps the local stress within ``permitted`` MPa, ``(M,)``."""
-        return least_density(self.model, self.stress[load_case], permitted)
 
     def buckling_profile(self, load_case: str) -> FloatArray:
         """Use of the resistance against buckling, as `LawField.buckling_profile`, ``(b, M)``."""
