@@ -132,7 +132,7 @@ def constant(monkeypatch):
     """`_constant` for a limit of the core on a part of 10 elements of a hundredth of a gram."""
     monkeypatch.setattr(first_answer, "total_mass", lambda _, rho: 1e-8 * rho.sum())
     limits = [
-        SimpleNamespace(key=LimitKey(kind=kind), by_gradient=kind in STIFF)
+        SimpleNamespace(key=LimitKey(kind=kind), follows_stiffness=kind in STIFF)
         for kind in (*STIFF, *STRONG)
     ]
     setup = SimpleNamespace(

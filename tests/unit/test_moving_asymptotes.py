@@ -15,7 +15,7 @@ def minimised(x, lower, upper, evaluate, steps):
     """Variables after some steps; ``evaluate`` gives cost, values and gradients."""
     asymptotes = first_asymptotes(x, lower, upper)
     for _ in range(steps):
-        new, multipliers = asymptotes_step(x, *evaluate(x), (lower, upper), asymptotes)
+        new, multipliers = asymptotes_step(x, *evaluate(x), (lower, upper), asymptotes.distance)
         assert (new >= lower).all()
         assert (new <= upper).all()
         x = new
@@ -90,9 +90,9 @@ def test_without_limits_all_end_at_their_lower_bounds():
 
 
 def test_asymptotes_draw_together_where_a_variable_turns():
-    low, high = np.zeros(3), np.ones(3)
-    asymptotes = first_asymptotes(np.full(3, 0.5), low, high)
-    for x in ([0.6, 0.6, 0.6], [0.5, 0.7, 0.6]):
+    low, high = np.full(3, 0.1), np.full(3, 10.0)
+    asymptotes = first_asymptotes(np.ones(3), low, high)
+    for x in ([2.0, 2.0, 2.0], [1.0, 3.0, 2.0]):
         asymptotes = moved_asymptotes(asymptotes, np.array(x), low, high)
     # Svanberg 1987, section 4: 0.7 of the distance where steps alternate, 1.2 where they do not.
-    np.testing.assert_allclose(asymptotes.distance, [0.35, 0.6, 0.5])
+    np.testing.assert_allclose(asymptotes.distance, np.log(10.0) * np.array([0.7, 1.2, 1.0]))

@@ -70,7 +70,7 @@ def volume_percentile(
     beyond = 1 - min(percentile, _ALL) / 100
 
     def excess(log_stress: float) -> float:
-        above, _, _ = among.volume_slopes(np.exp(log_stress) / some, inside)
+        above, _, _ = among.volume_slopes(np.exp(log_stress) / some, inside, beyond)
         return float(np.log(max(weights @ above, 1e-300) / beyond))
 
     low, high = np.log(some.min()) - 20.0, np.log(some.max()) + 5.0
@@ -78,7 +78,7 @@ def volume_percentile(
         # So little of the lattice is stressed at all that the percentile finds no stress.
         return VolumePercentile(value=0.0, by_local=by_local, by_density=by_density)
     value = float(np.exp(brentq(excess, low, high, xtol=1e-12)))
-    above, by_log, by_solid = among.volume_slopes(value / some, inside)
+    above, by_log, by_solid = among.volume_slopes(value / some, inside, beyond)
     falls = weights @ by_log
     by_local[used] = value / some * weights * by_log / falls
     by_density[used] = volumes[used] / whole * (above - beyond)

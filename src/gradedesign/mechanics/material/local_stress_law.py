@@ -96,11 +96,7 @@ class LocalStressLaw:
         DensityError
             If a density leaves the range.
         """
-        values = self._inside(rho)
-        local = np.zeros(profile.shape[1])
-        for part, curves in self._curves(profile):
-            local[part] = _on_curves(curves, np.log(values[part]))
-        return local
+        return self.slopes(profile, rho)[0]
 
     def slopes(
         self, profile: FloatArray, rho: FloatArray
@@ -191,7 +187,9 @@ class LocalStressLaw:
         """Whether it is known how the local stress is distributed in the cell."""
         return all(surface.distribution.shape[1] > 1 for surface in self.surfaces)
 
-    def volume_above(self, stress_share: FloatArray, rho: FloatArray) -> FloatArray:
+    def volume_slopes(
+        self, stress_share: FloatArray, rho: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Share of a cell's solid where the local stress exceeds a multiple of its percentile.
 
         Parameters
@@ -203,19 +201,16 @@ class LocalStressLaw:
 
         Returns
         -------
-        (n,) array
+        share : (n,) array
+        by_stress : (n,) array
+            Derivative by the logarithm of the multiple.
+        by_rho : (n,) array
 
         Notes
         -----
         Logarithm of the share over logarithm of the stress, linear between the percentages known
         and in the logarithm of density; beyond the highest as from the last two.
         """
-        return self.volume_slopes(stress_share, rho)[0]
-
-    def volume_slopes(
-        self, stress_share: FloatArray, rho: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """The share of `volume_above`, with its derivatives by log stress and by density."""
         place = np.log(self._inside(rho))
         knots = np.log(self.density)
         piece = np.clip(np.searchsorted(knots, place, side="right") - 1, 0, knots.size - 2)

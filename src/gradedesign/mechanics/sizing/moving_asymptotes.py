@@ -1,9 +1,11 @@
 """One step of the method of moving asymptotes: least objective under several constraints.
 
-Constraints are replaced by convex separable functions of ``1 / (U - x)`` and ``1 / (x - L)``, whose
-asymptotes L and U draw together where a variable swings and apart where it goes on in one
-direction. The objective is a mass, which is all but linear, and stays so. The subproblem is solved
-by Newton's method on its optimality conditions, with a barrier that is lowered to nothing.
+Variables are positive and enter by their logarithms, in which the logarithm of a power law is
+linear. Constraints are replaced by convex separable functions of ``1 / (U - x)`` and
+``1 / (x - L)``, whose asymptotes L and U draw together where a variable swings and apart where it
+goes on in one direction. The objective is a mass, which is all but linear in the variables
+themselves, and stays so. The subproblem is solved by Newton's method on its optimality conditions,
+with a barrier that is lowered to nothing.
 
 References
 ----------
@@ -29,6 +31,9 @@ _WAY = 0.9
 #: Share of a derivative that its opposite term has too, which makes every term strictly convex
 #: (Svanberg 2002, equation 5.4).
 _CONVEX = 1e-3
+#: Curvature that a constraint has at least in every variable, over the mean of its derivatives: a
+#: tenth of the first guess of the conservative form (Svanberg 2002, section 5).
+_CURVED = 0.01
 #: Price of breaking a constraint of the subproblem by one: far above any multiplier that a mass of
 #: order 1 and logarithms of utilisations have, so that it is paid only where no step can do.
 _PENALTY = 1e4
@@ -40,46 +45,47 @@ _NEWTON_STEPS, _HALVINGS = 60, 40
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Asymptotes:
-    """Distances of the asymptotes of every variable, with the last two steps.
+    """Distances of the asymptotes of every variable, with the last step.
 
     Attributes
     ----------
     distance : (n,) array
-        Of both asymptotes from the variable.
-    before : (n,) array
-        Variables of the design before the present one.
+        Of both asymptotes from the logarithm of the variable.
+    at : (n,) array
+        Variables of the design that they are for.
     step : (n,) array
-        Step that led to those; zero at first.
+        Step that led to those, in logarithms; zero at first.
     """
 
     distance: FloatArray
-    before: FloatArray
+    at: FloatArray
     step: FloatArray
 
 
 def first_asymptotes(x: FloatArray, lower: FloatArray, upper: FloatArray) -> Asymptotes:
     """Asymptotes of a first design ``(n,)`` between its bounds."""
-    return Asymptotes(distance=_FIRST * (upper - lower), before=x, step=np.zeros_like(x))
+    return Asymptotes(distance=_FIRST * np.log(upper / lower), at=x, step=np.zeros_like(x))
 
 
 def moved_asymptotes(
     asymptotes: Asymptotes, x: FloatArray, lower: FloatArray, upper: FloatArray
 ) -> Asymptotes:
     """Asymptotes of the next design: nearer to variables that turned round."""
-    step = x - asymptotes.before
+    step = np.log(x / asymptotes.at)
     turned = step * asymptotes.step
     factor = np.where(turned < 0, _CALMER, np.where(turned > 0, _BOLDER, 1.0))
-    extent = upper - lower
+    extent = np.log(upper / lower)
     distance = np.clip(factor * asymptotes.distance, _LEAST * extent, _MOST * extent)
-    return Asymptotes(distance=distance, before=x, step=step)
+    return Asymptotes(distance=distance, at=x, step=step)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Subproblem:
-    """Least ``cost . x`` where ``sum p / (U - x) + q / (x - L)`` is within limits.
+    """Least ``cost . exp x`` where ``sum p / (U - x) + q / (x - L)`` is within limits.
 
-    ``limits`` are those of the constraints' sums, so that they hold their values at the present
-    design; ``lower`` and ``upper`` bound the step.
+    ``x`` are logarithms over the present variables, so that it is zero there. ``limits`` are those
+    of the constraints' sums, so that they hold their values at the present design; ``lower`` and
+    ``upper`` bound the step.
     """
 
     cost: FloatArray
@@ -98,10 +104,9 @@ def asymptotes_step(
     values: FloatArray,
     gradients: FloatArray,
     bounds: tuple[FloatArray, FloatArray],
-    asymptotes: Asymptotes,
+    distance: FloatArray,
     *,
-    move: float = 0.5,
-    conservatism: float = 1e-5,
+    move: float = np.inf,
 ) -> tuple[FloatArray, FloatArray]:
     """Minimise ``cost . x`` under approximated constraints ``value <= 0``.
 
@@ -117,12 +122,10 @@ def asymptotes_step(
         Their derivatives.
     bounds : pair of (n,) arrays
         Of the variables, the lower below the upper.
-    asymptotes : Asymptotes
+    distance : (n,) array
+        That of `Asymptotes`.
     move : float
-        Largest step over the range of a variable.
-    conservatism : float
-        Curvature that constraints have at least, relative to their range: larger where a step was
-        too bold (Svanberg 2002, section 5).
+        Largest step of a variable's logarithm.
 
     Returns
     -------
@@ -130,27 +133,27 @@ def asymptotes_step(
         New variables.
     multipliers : (k,) array
     """
-    low, high = bounds
+    low, high = (np.log(end / x) for end in bounds)
+    slopes = gradients * x
+    up, down = np.maximum(slopes, 0.0), np.maximum(-slopes, 0.0)
     extent = high - low
-    left, right = x - asymptotes.distance, x + asymptotes.distance
-    up, down = np.maximum(gradients, 0.0), np.maximum(-gradients, 0.0)
-    floor = conservatism / extent
-    p = (right - x) ** 2 * ((1 + _CONVEX) * up + _CONVEX * down + floor)
-    q = (x - left) ** 2 * (_CONVEX * up + (1 + _CONVEX) * down + floor)
-    held = p @ (1 / (right - x)) + q @ (1 / (x - left))
-    near = _WAY * asymptotes.distance
-    return _solved(
+    floor = _CURVED * (np.abs(slopes) * extent).mean(axis=1, keepdims=True) / extent
+    p = distance**2 * ((1 + _CONVEX) * up + _CONVEX * down + floor)
+    q = distance**2 * (_CONVEX * up + (1 + _CONVEX) * down + floor)
+    near = np.minimum(_WAY * distance, move)
+    step, multipliers = _solved(
         _Subproblem(
-            cost=cost,
+            cost=cost * x,
             p=p,
             q=q,
-            left=left,
-            right=right,
-            limits=held - values,
-            lower=np.maximum(low, x - np.minimum(near, move * extent)),
-            upper=np.minimum(high, x + np.minimum(near, move * extent)),
+            left=-distance,
+            right=distance,
+            limits=(p + q) @ (1 / distance) - values,
+            lower=np.maximum(low, -near),
+            upper=np.minimum(high, near),
         )
     )
+    return np.clip(x * np.exp(step), *bounds), multipliers
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -217,7 +220,7 @@ def _residual(problem: _Subproblem, point: _Point, barrier: float) -> FloatArray
     """Optimality conditions that do not hold yet, complementarity up to the barrier."""
     sums, p, q = _sums(problem, point)
     over, under = problem.right - point.x, point.x - problem.left
-    slope = problem.cost + p / over**2 - q / under**2
+    slope = problem.cost * np.exp(point.x) + p / over**2 - q / under**2
     return np.concatenate(
         [
             slope - point.at_lower + point.at_upper,
@@ -237,8 +240,9 @@ def _newton_step(problem: _Subproblem, point: _Point, barrier: float) -> _Point:
     over, under = problem.right - point.x, point.x - problem.left
     to_lower, to_upper = point.x - problem.lower, problem.upper - point.x
     jacobian = problem.p / over**2 - problem.q / under**2
-    slope = problem.cost + p / over**2 - q / under**2 - barrier / to_lower + barrier / to_upper
-    curve = 2 * p / over**3 + 2 * q / under**3
+    rise = problem.cost * np.exp(point.x)
+    slope = rise + p / over**2 - q / under**2 - barrier / to_lower + barrier / to_upper
+    curve = rise + 2 * p / over**3 + 2 * q / under**3
     curve += point.at_lower / to_lower + point.at_upper / to_upper
     by_excess = _PENALTY + point.excess - point.multiplier - barrier / point.excess
     excess_curve = 1.0 + point.on_excess / point.excess

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -58,7 +58,7 @@ def size(
     start: FloatArray | None = None,
     max_iterations: int = 60,
     tolerance: float = 0.004,
-    move: float = 0.2,
+    move: float = 0.3,
     keep: float = 0.0,
     on_step: Callable[[SizingStep], None] | None = None,
 ) -> SizingResult:
@@ -75,7 +75,7 @@ def size(
         utilisations stand still, none farther above its aim; or when nothing moves at all.
         Whether the limits hold is `SizingResult.feasible`.
     move : float
-        Largest change of a variable per iteration, over its range.
+        Largest change of the logarithm of a variable per iteration.
     keep : float
         Share of its start that every variable keeps at least.
     on_step : callable, optional
@@ -178,7 +178,7 @@ def _next_variables(
         values,
         collected(problem.filter, gradients)[:, free],
         (floor[free], np.full(int(free.sum()), problem.bounds[1])),
-        replace(asymptotes, distance=asymptotes.distance[free]),
+        asymptotes.distance[free],
         move=move,
     )
     return new
