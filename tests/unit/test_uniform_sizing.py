@@ -249,7 +249,7 @@ def test_a_run_of_a_uniform_bracket_reaches_its_aim(tmp_path):
 
 
 def test_a_graded_bracket_holds_what_a_uniform_one_holds():
-    """Where the densest places stand at their bound, the others rise until the limit holds."""
+    """The densest lattice attracts the load: the same mass spread evenly would hold."""
     model, limit = l_bracket()
     uniform = problem_of(model, limit, stress=2.8)
     graded = replace(uniform, filter=cone_filter(centroids(model.space.mesh), model.volumes, 6.0))
@@ -257,28 +257,21 @@ def test_a_graded_bracket_holds_what_a_uniform_one_holds():
     # Before, it ended at 110 % with 4168 g.
     assert light.history[-1].utilisation <= 1.01
     assert light.history[-1].mass_g < 0.95 * heavy.history[-1].mass_g
-    assert light.rho.max() > 0.99 * BOUNDS[1]
 
 
-def test_a_graded_design_below_its_aim_is_lowered_to_it():
-    """Sizing that ends when a limit holds leaves no spare mass, however far below it ended."""
+def test_a_graded_design_far_below_its_aim_gets_more_iterations():
+    """Sizing whose iterations end far too heavy goes on; what a start keeps, stays."""
     model, limit = l_bracket()
     matrix = cone_filter(centroids(model.space.mesh), model.volumes, 10.0)
     problem = replace(problem_of(model, replace(limit, allowed=6.0), target=0.985), filter=matrix)
+    start = np.full(matrix.shape[1], 0.8)
     steps = []
-    # Steps of 2 % from far too heavy: without lowering it ends at a third of the limit.
-    result = size(
-        problem, start=np.full(matrix.shape[1], 0.8), max_iterations=3, move=0.02,
-        on_step=steps.append,
-    )  # fmt: skip
+    result = size(problem, start=start, max_iterations=3, on_step=steps.append)
     assert steps[2].utilisation < 0.5
-    assert 0.98 <= result.history[-1].utilisation <= 0.985 * 1.004
+    assert 3 < len(steps) <= 9
+    assert 0.97 <= result.history[-1].utilisation <= 0.985 * 1.004
     assert result.history[-1].mass_g < 0.8 * steps[2].mass_g
-    assert len(steps) <= 6
     state = solved_state(model, result.rho, problem.limits)
     assert limit.predict(state).value / 6.0 == pytest.approx(result.history[-1].utilisation)
-    # What a start keeps is kept.
-    kept = size(
-        problem, start=np.full(matrix.shape[1], 0.8), max_iterations=3, move=0.02, keep=0.97
-    )
+    kept = size(problem, start=start, max_iterations=3, keep=0.97)
     assert kept.variables.min() >= 0.97 * 0.8 - 1e-12

@@ -14,11 +14,13 @@ from gradedesign.mechanics.fe.facets import facet_nodes
 from gradedesign.mechanics.fe.load_case import PartLoadCase
 from gradedesign.mechanics.fe.loads import traction_force
 from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.stress import weighted_percentile
 from gradedesign.mechanics.fe.supports import supports_on
 from gradedesign.mechanics.limits.displacement import DisplacementLimit
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.local_stress import StressLimit
-from gradedesign.mechanics.material.law_field import LawField
+from gradedesign.mechanics.limits.volume_percentile import volume_percentile
+from gradedesign.mechanics.material.law_field import SPREAD, LawField
 from gradedesign.mechanics.material.local_stress_law import LocalStressLaw
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.material.power_law import power_law
@@ -169,7 +171,7 @@ def test_one_element_at_a_time():
 
 
 #: Percentages of a cell's solid, and the local stress there over that of the percentile.
-SPREAD = np.array([[20.0, 60.0, 90.0, 99.5], [0.15, 0.4, 0.7, 1.0]])
+DISTRIBUTION = np.array([[20.0, 60.0, 90.0, 99.5], [0.15, 0.4, 0.7, 1.0]])
 
 
 def surface(rng, scale, symmetry):
@@ -179,7 +181,7 @@ def surface(rng, scale, symmetry):
     return StrengthSurface(
         exponent=8, weights=rng.uniform(0.5, 1.0, 3), forms=forms, symmetry=symmetry,
         max_error=0.0, rms_error=0.0, unsafe_error=0.0, percentile=99.5,
-        distribution=SPREAD * [[1.0], [rng.uniform(0.95, 1.0)]],
+        distribution=DISTRIBUTION * [[1.0], [rng.uniform(0.95, 1.0)]],
     )  # fmt: skip
 
 
@@ -200,11 +202,17 @@ def stress_problem(law=None, temperature=0.0, percentile=99.0):
     return model, limit, rho, rng
 
 
-@pytest.mark.parametrize("percentile", [60.0, 99.0])
-@pytest.mark.parametrize("temperature", [0.0, 80.0], ids=["force", "thermal"])
-def test_percentile_of_a_law_of_von_mises_stress(temperature, percentile):
-    model, limit, rho, rng = stress_problem(None, temperature, percentile)
-    assert_slope(model, limit, rho, rng)
+def test_percentile_of_plain_numbers_grows_with_all_of_them():
+    """Of degree one in the stresses, of degree none in the volumes: Euler's theorem."""
+    model, _, rho, rng = stress_problem()
+    local, volumes = rng.uniform(1.0, 3.0, rho.size), model.lattice_volumes
+    found = volume_percentile(local, rho, volumes, model.law, 95.0)
+    assert found.value == weighted_percentile(local, volumes * rho, 95.0)
+    assert found.by_local @ local == pytest.approx(found.value, rel=1e-9)
+    assert found.by_density @ rho == pytest.approx(0.0, abs=1e-9 * found.value)
+    # The elements about the percentile carry the derivative.
+    near = np.abs(np.log(local / found.value)) < 5 * SPREAD
+    assert found.by_local[near] @ local[near] > 0.9 * found.value
 
 
 @pytest.mark.parametrize("percentile", [60.0, 99.0])

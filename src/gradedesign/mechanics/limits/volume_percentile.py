@@ -3,7 +3,10 @@
 Inside a cell local stress is distributed as its law knows. The percentile q is where the solid
 stressed more is what it leaves: ``sum w A(q / s) = (1 - p) sum w``, with the local stress s and the
 solid w of every tetrahedron, and A the share of the cell's solid above a multiple of s. It is a
-smooth root; its derivatives follow from that of the equation.
+smooth root; its derivatives follow from that of the equation. Where no law knows a distribution the
+percentile is that of the plain numbers, and its derivatives are those of numbers with some spread,
+scaled to it (as Le, Norato, Bruns, Ha and Tortorelli, Struct. Multidisc. Optim. 41, 2010, scale a
+norm to the largest value): the value jumps from element to element, a step of sizing must not.
 """
 
 from __future__ import annotations
@@ -14,6 +17,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from gradedesign.arrays import FloatArray
+from gradedesign.mechanics.fe.stress import weighted_percentile
 from gradedesign.mechanics.material.law_field import LawField
 
 #: Percentile that stands for one hundred, which no smooth distribution reaches: one tetrahedron in
@@ -77,8 +81,10 @@ def volume_percentile(
     if excess(low) <= 0:
         # So little of the lattice is stressed at all that the percentile finds no stress.
         return VolumePercentile(value=0.0, by_local=by_local, by_density=by_density)
-    value = float(np.exp(brentq(excess, low, high, xtol=1e-12)))
-    above, by_log, by_solid = among.volume_slopes(value / some, inside, beyond)
+    value = smooth = float(np.exp(brentq(excess, low, high, xtol=1e-12)))
+    if not law.knows_distribution:
+        value = weighted_percentile(some, weights, percentile)
+    above, by_log, by_solid = among.volume_slopes(smooth / some, inside, beyond)
     falls = weights @ by_log
     by_local[used] = value / some * weights * by_log / falls
     by_density[used] = volumes[used] / whole * (above - beyond)

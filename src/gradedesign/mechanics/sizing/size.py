@@ -46,6 +46,9 @@ RECENT = 2
 #: Iterations over which mass and utilisations stand still where a design has settled. Chosen, not
 #: measured.
 STILL = 4
+#: A most used limit that stands below the aim by more than this share is worth more iterations.
+#: Chosen, not measured.
+SPARE = 0.005
 #: Changes below this share of the tolerance are none. Chosen, not measured.
 UNMOVED = 0.05
 
@@ -69,7 +72,7 @@ def size(
     start : (n,) array, optional
         Design variables to begin from; the middle of the bounds by default.
     max_iterations : int
-        Three times as many while a utilisation is above its aim.
+        Three times as many while a utilisation is above its aim, or all are well below it.
     tolerance : float
         Converged when no density changes by more, relative to the upper bound, or mass and
         utilisations stand still, none farther above its aim; or when nothing moves at all.
@@ -116,7 +119,8 @@ def size(
             on_step(history[-1])
         holds = history[-1].utilisation <= near_enough(problem, tolerance)
         ended = stands_still(history, tolerance, holds=holds)
-        if ended or (iteration + 1 >= max_iterations and holds):
+        spare = history[-1].utilisation < (1 - SPARE) * problem.target
+        if ended or (iteration + 1 >= max_iterations and holds and not spare):
             return sizing_result(problem, x, history, converged=ended)
         report_step(f"new densities of iteration {iteration + 1}")
         floor = np.clip(_floor(problem, analysed.state), least, hi)
