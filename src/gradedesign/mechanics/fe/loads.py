@@ -248,7 +248,9 @@ def stress_force(space: TetSpace, stress: FloatArray) -> FloatArray:
     shapes = shape_derivatives(space.order, barycentric("gauss"))
     flux = np.einsum("xymq,mvy->xvqm", stress[_VOIGT], gradients, optimize=True)
     return _scattered(
-        space, space.elements, np.einsum("qav,xvqm->xam", shapes, flux, optimize=True)
+        space,
+        space.elements.astype(np.int64),
+        np.einsum("qav,xvqm->xam", shapes, flux, optimize=True),
     )
 
 

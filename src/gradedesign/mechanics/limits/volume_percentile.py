@@ -71,11 +71,11 @@ def volume_percentile(
     some, solid, weights = local[used], density[used], volumes[used] * density[used] / whole
     among = law.among(used)
     inside = np.clip(solid, *among.window)
-    beyond = 1 - min(percentile, _ALL) / 100
+    beyond = 1.0 - min(percentile, _ALL) / 100.0
 
     def excess(log_stress: float) -> float:
         above, _, _ = among.volume_slopes(np.exp(log_stress) / some, inside, beyond)
-        return float(np.log(max(weights @ above, 1e-300) / beyond))
+        return float(np.log(np.maximum(weights @ above, 1e-300) / beyond))
 
     low, high = np.log(some.min()) - 20.0, np.log(some.max()) + 5.0
     if excess(low) <= 0:

@@ -3,11 +3,12 @@
 Arrays run over the elements, in their order. An element whose cells mix is as stiff as the weighted
 mean of the stiffnesses of its cells at its density, times a factor, and its local stress is the
 weighted mean of theirs over another: the factors are what homogenised mixes have of these means.
+Longer than 300 lines, since every property of a law has its mean here.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -16,6 +17,7 @@ from scipy.special import expit, logit
 
 from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.mechanics.material.density_from_stress import density_from_stress
+from gradedesign.mechanics.material.local_stress_law import von_mises_slope
 from gradedesign.mechanics.material.long_waves import density_for_long_waves, long_wave_use
 from gradedesign.mechanics.material.scaling_law import ScalingLaw
 
@@ -110,20 +112,21 @@ class LawField:
 
     def stiffness(self, rho: FloatArray) -> FloatArray:
         """Relative stiffness at densities ``(M,)`` in the axes of the cells, ``(6, 6, M)``."""
-        if self.weights is None:
-            return self.laws[0].stiffness(rho)
-        total = np.zeros((6, 6, rho.size))
-        for law, at, weight in self._parts():
-            total[:, :, at] += weight * law.stiffness(rho[at])
-        return np.asarray(total * np.asarray(self.stiffness_factor))
+        return self._mean([law.stiffness for law in self.laws], rho)
 
     def stiffness_derivative(self, rho: FloatArray) -> FloatArray:
         """d(stiffness)/d(rho), ``(6, 6, M)``."""
+        return self._mean([law.stiffness_derivative for law in self.laws], rho)
+
+    def _mean(
+        self, curves: Sequence[Callable[[FloatArray], FloatArray]], rho: FloatArray
+    ) -> FloatArray:
+        """Weighted mean of a curve of every law, times the factor on stiffness, ``(6, 6, M)``."""
         if self.weights is None:
-            return self.laws[0].stiffness_derivative(rho)
+            return curves[0](rho)
         total = np.zeros((6, 6, rho.size))
-        for law, at, weight in self._parts():
-            total[:, :, at] += weight * law.stiffness_derivative(rho[at])
+        for curve, (_, at, weight) in zip(curves, self._parts(), strict=True):
+            total[:, :, at] += weight * curve(rho[at])
         return np.asarray(total * np.asarray(self.stiffness_factor))
 
     def stress_profile(self, stress: FloatArray | None, von_mises: FloatArray | None) -> FloatArray:
@@ -317,11 +320,3 @@ class LawField:
 def _blocks(counts: list[int]) -> list[slice]:
     ends = np.cumsum([0, *counts]).tolist()
     return [slice(a, b) for a, b in pairwise(ends)]
-
-
-def von_mises_slope(stress: FloatArray) -> FloatArray:
-    """Derivative of the von Mises stress by Voigt stresses ``(6, ...)``; zero without stress."""
-    mean = stress[:3].mean(axis=0)
-    slope = np.concatenate([1.5 * (stress[:3] - mean), 3.0 * stress[3:]])
-    size = np.sqrt((slope[:3] ** 2).sum(axis=0) / 1.5 + (slope[3:] ** 2).sum(axis=0) / 3.0)
-    return np.divide(slope, size, out=np.zeros_like(slope), where=size > 0)

@@ -282,3 +282,11 @@ def _on_curves(curves: PchipInterpolator, x: FloatArray) -> FloatArray:
     a, b, c, d = curves.c[:, piece, np.arange(x.size)]
     h = x - knots[piece]
     return np.asarray(np.exp(((a * h + b) * h + c) * h + d))
+
+
+def von_mises_slope(stress: FloatArray) -> FloatArray:
+    """Derivative of the von Mises stress by Voigt stresses ``(6, ...)``; zero without stress."""
+    mean = stress[:3].mean(axis=0)
+    slope = np.concatenate([1.5 * (stress[:3] - mean), 3.0 * stress[3:]])
+    size = np.sqrt((slope[:3] ** 2).sum(axis=0) / 1.5 + (slope[3:] ** 2).sum(axis=0) / 3.0)
+    return np.divide(slope, size, out=np.zeros_like(slope), where=size > 0)

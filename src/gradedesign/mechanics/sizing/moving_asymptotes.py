@@ -250,7 +250,7 @@ def _newton_step(problem: _Subproblem, point: _Point, barrier: float) -> _Point:
     matrix = np.diag(point.slack / point.multiplier + 1 / excess_curve)
     matrix += (jacobian / curve) @ jacobian.T
     right = missing + by_excess / excess_curve - jacobian @ (slope / curve)
-    multiplier = np.linalg.solve(matrix, right)
+    multiplier = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
     x = -(slope + multiplier @ jacobian) / curve
     excess = (multiplier - by_excess) / excess_curve
     return _Point(
