@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from gradedesign.mechanics.fe._assembly_kernels import FAST, _gradients, _unpack
 
 
-@njit(fastmath=FAST, cache=True, nogil=True)
+# Inlined, as `_initial`: called, stresses take 1.4 times as long, and compiling takes longer too.
+@njit(fastmath=FAST, cache=True, nogil=True, inline="always")
 def _strain_at(local: Any, shape: Any, g: Any, slope: Any, eps: Any) -> None:
     """Fill `eps` (6,) with the engineering strain at one point.
 
@@ -41,7 +42,7 @@ def _strain_at(local: Any, shape: Any, g: Any, slope: Any, eps: Any) -> None:
         eps[5] += slope[0, v] * g[v, 1] + slope[1, v] * g[v, 0]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _initial(free: Any, e: int, q: int) -> float:
     """Free thermal strain of an element at a point; `free` broadcasts to (M, points)."""
     return free[e if free.shape[0] > 1 else 0, q if free.shape[1] > 1 else 0]
