@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from gradedesign.common.system.npy_file import read_npy, read_npy_stream
     from gradedesign.common.system.progress import report_step
     from gradedesign.common.system.threads import in_threads
+    from gradedesign.common.values.plugins_by_name import supplied_by
     from gradedesign.common.values.table import Table
     from gradedesign.common.values.value_types import Flag, Number, Quantity, Vector
     from gradedesign.errors import (
@@ -216,6 +217,7 @@ __all__ = [
     "slices_with",
     "solid_layers",
     "stated_words",
+    "supplied_by",
     "tabulated_law",
 ]
 
@@ -273,6 +275,7 @@ _HOMES = {
     "geometry.part.raw_triangles": "RawTriangles UNIT_MM raw_triangles",
     "geometry.part.reader": "FileRequest PartReader",
     "geometry.part.signed_distance": "SurfaceDistance",
+    "common.values.plugins_by_name": "supplied_by",
     "common.values.table": "Table",
     "common.values.value_types": "Flag Number Quantity Vector",
     "geometry.part.repairer": "Repairer serve_repairer",

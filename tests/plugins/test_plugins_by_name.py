@@ -162,6 +162,20 @@ def test_a_case_that_needs_a_plugin_is_told_which(tmp_path, cli, monkeypatch, pa
     assert words in " ".join(ended.err.split())
 
 
+@pytest.mark.usefixtures("nothing_installed")
+def test_a_body_in_a_format_of_a_plugin_is_told_which(tmp_path, cli, monkeypatch):
+    monkeypatch.setenv("GRADEDESIGN_DISABLE_PLUGINS", "1")
+    (tmp_path / "core.glb").write_text("", encoding="utf-8")
+    text = CASE.format(part=BOX).replace('"octet"', '"own"')
+    formula = " + ".join(f"cos(2*pi*{axis})" for axis in "xyz")
+    text += f'[lattice.own_cell]\nmaker = "formula"\nformula = "{formula}"\n'
+    text += '[[keep]]\nname = "core"\nbody = { file = "core.glb", units = "mm" }\n'
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    ended = cli("check", tmp_path, "--no-picture")
+    words = " ".join(ended.err.split())
+    assert "found core.glb, which no reader takes; install the plugin gradedesign-formats" in words
+
+
 def test_a_plugin_that_is_installed_but_not_loaded_is_not_asked_for(monkeypatch):
     monkeypatch.setenv("GRADEDESIGN_DISABLE_PLUGINS", "1")
     with pytest.raises(CaseError, match="is installed but not loaded: GRADEDESIGN_DISABLE_PLUGINS"):

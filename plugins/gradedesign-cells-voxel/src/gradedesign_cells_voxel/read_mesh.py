@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gradedesign import PartReader, PluginError, RawTriangles, SurfaceMesh
+from gradedesign import PartReader, PluginError, RawTriangles, SurfaceMesh, supplied_by
 from gradedesign.fields import FloatArray
 
 #: What a cell's surface can be read from.
@@ -104,7 +104,7 @@ def _reader(path: Path) -> PartReader:
             if path.suffix.lower() in reader.suffixes:
                 return reader
             suffixes.extend(reader.suffixes)
+    near = supplied_by("suffixes", path.suffix.lower()) or f"known are {', '.join(suffixes)}"
     raise PluginError(
-        f"no installed reader knows '{path.suffix}' files such as {path.name}; known are "
-        f"{', '.join(suffixes)}"
+        f"no installed reader knows '{path.suffix}' files such as {path.name}; {near}"
     )

@@ -14,6 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from gradedesign.common.values.locate import Where, locating
+from gradedesign.common.values.plugins_by_name import supplied_by
 from gradedesign.common.values.suggest import instead
 from gradedesign.errors import CaseError
 from gradedesign.geometry.part._region_notes import region_notes
@@ -231,7 +232,8 @@ def _read_file(
     """Triangles of a file in mm, and the unit that it was read in."""
     read = readers.get(path.suffix.lower())
     if read is None:
-        near = instead(path.suffix.lower(), sorted(readers), label="readable")
+        suffix = path.suffix.lower()
+        near = supplied_by("suffixes", suffix) or instead(suffix, sorted(readers), label="readable")
         raise CaseError(f"{key}.file: found {path.name}, which no reader takes; {near}")
     raw = read(path)
     unit = units or raw.unit
