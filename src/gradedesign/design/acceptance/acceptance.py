@@ -34,12 +34,12 @@ from gradedesign.mechanics.explicit.tets import solve_tets
 from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
 
 #: Tetrahedra per second that pytetwild makes on lattice surfaces, measured 360 to 1200.
-TETWILD_RATE = 400.0
+_TETWILD_RATE = 400.0
 #: Share of the stated time that the mesher may be predicted to take for the whole lattice. Finite
 #: cells judge displacements of the whole solid anyway, and pytetwild may take longer than is
 #: predicted: a block of 4 x 4 x 4 gyroid sheets had not ended after 15 minutes where less than 10
 #: were predicted.
-MESHER_SHARE = 1.0 / 60.0
+_MESHER_SHARE = 1.0 / 60.0
 
 
 class NoSubmodelError(MeshError):
@@ -56,7 +56,6 @@ class Acceptance:
         None where the design is refused for a value that neither of them judges.
     whole : ExplicitResult or None
         The analysis of the whole re-meshed lattice.
-    submodels : tuple of SubmodelResult
     volume : float, mm^3
         Solid volume that was re-meshed and judged.
     share : float
@@ -113,7 +112,7 @@ def choose_scope(requested: str, tets: float, time_s: float) -> str:
     """
     if requested != "auto":
         return requested
-    return "whole" if tets / TETWILD_RATE < MESHER_SHARE * time_s else "submodels"
+    return "whole" if tets / _TETWILD_RATE < _MESHER_SHARE * time_s else "submodels"
 
 
 def accept_whole(
@@ -168,7 +167,6 @@ def accept_submodels(
     ----------
     surface : SurfaceMesh
         The exported surface, read back.
-    solid : PrintedSolid
     explicit : ExplicitResult
         Chooses the submodels and drives them.
     count : int
@@ -237,7 +235,7 @@ def _chosen_submodels(
             explicit.solved.points,
             explicit.solved.volumes,
             explicit.von_mises,
-            eligible_lattice(solid, explicit),
+            _eligible_lattice(solid, explicit),
             percentile=solid.percentile,
             cells=neighbourhood_cells(solid.design),
             count=count,
@@ -262,7 +260,7 @@ def _held_and_loaded(load_cases: Sequence[LoadCaseSpec]) -> set[str]:
     return supported | {load.region for spec in load_cases for load in spec.load}
 
 
-def eligible_lattice(solid: PrintedSolid, explicit: ExplicitResult) -> BoolArray:
+def _eligible_lattice(solid: PrintedSolid, explicit: ExplicitResult) -> BoolArray:
     """Sample points of lattice outside the exclusion radius of clamped regions, ``(n,)``."""
     outside = evaluated_at(explicit.solved.points, solid.support_zones)
     return (explicit.phase == LATTICE) & outside

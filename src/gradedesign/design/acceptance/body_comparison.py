@@ -15,10 +15,10 @@ from gradedesign.mechanics.explicit.finite_cell_fields import CONTOUR_TOLERANCE
 
 #: Volumes that differ by more are a warning: stiffness goes at least with volume. Chosen, not
 #: measured.
-VOLUME_WARNING = 0.02
+_VOLUME_WARNING = 0.02
 #: Largest distance over the element size of the analysis beyond which something is missing, not
 #: merely rounded: acute rims of gyroid sheets lay 1.3 and 1.7 elements apart (a short bar, mini).
-DISTANCE_WARNING = 2.5
+_DISTANCE_WARNING = 2.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +78,6 @@ def compare_bodies(
 
     Parameters
     ----------
-    analysed, printed : SurfaceMesh
     element : float, mm
         Element size of the analysis.
     elements_mm3 : float, mm^3
@@ -114,18 +113,17 @@ def comparison_warnings(
 
     Parameters
     ----------
-    comparison : BodyComparison
     factors : collection of float
         Values that acceptance found on the printed file over those of the explicit analysis; empty
         where no acceptance judged the design, so that the verdict is that of the analysis.
     """
     analysed, printed = comparison.analysed, comparison.printed
     found = []
-    if abs(comparison.volume_difference) > VOLUME_WARNING:
+    if abs(comparison.volume_difference) > _VOLUME_WARNING:
         found.append(
             f"the volume of the printed solid is {comparison.volume_difference:+.1%} off the "
             f"analysed one ({printed.volume_mm3:.6g} against {comparison.elements_mm3:.6g} mm^3, "
-            f"more than {VOLUME_WARNING:.0%})"
+            f"more than {_VOLUME_WARNING:.0%})"
         )
     if not comparison.contoured:
         found.append(
@@ -151,12 +149,12 @@ def comparison_warnings(
             f"the analysed solid differs in topology from the printed one: {', '.join(differ)}: "
             f"struts, windows or voids that only one of them has"
         )
-    if comparison.distance_mm > DISTANCE_WARNING * comparison.element_mm:
+    if comparison.distance_mm > _DISTANCE_WARNING * comparison.element_mm:
         x, y, z = comparison.at_mm
         found.append(
             f"the {comparison.farther} surface lies up to {comparison.distance_mm:.3g} mm from the "
-            f"other, at ({x:.1f}, {y:.1f}, {z:.1f}) mm: more than {DISTANCE_WARNING:g} elements of "
-            f"{comparison.element_mm:.3g} mm, so that a strut, a wall "
+            f"other, at ({x:.1f}, {y:.1f}, {z:.1f}) mm: more than {_DISTANCE_WARNING:g} elements "
+            f"of {comparison.element_mm:.3g} mm, so that a strut, a wall "
             f"or an acute rim is missing in one of them"
         )
     return _with_meaning(found, factors)

@@ -20,7 +20,7 @@ log = logging.getLogger(__name__)
 EDGE_PER_SPACING = 1.2
 #: Tetrahedra for each cube of solid with their edge: 14 where walls are two or three of them thick,
 #: 25 where they are one (`cases/mini`).
-TETS_PER_CUBE = 18.0
+_TETS_PER_CUBE = 18.0
 #: The mesher's envelope as a share of the surface size. Chosen, not measured.
 ENVELOPE = 0.06
 #: Chord within which the surface is first given fewer triangles, as a share of the surface size:
@@ -40,7 +40,6 @@ class MeshedAnew:
 
     Attributes
     ----------
-    mesh : TetMesh
     attempts : tuple of str
         One line for each, those at a larger size included.
     seconds : float
@@ -64,7 +63,7 @@ def mesher_tets(volume: float, size: float) -> float:
     size : float, mm
         Surface size of the explicit analysis.
     """
-    return TETS_PER_CUBE * volume / (EDGE_PER_SPACING * size) ** 3
+    return _TETS_PER_CUBE * volume / (EDGE_PER_SPACING * size) ** 3
 
 
 def mesh_anew(

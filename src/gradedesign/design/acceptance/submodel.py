@@ -43,15 +43,15 @@ Box: TypeAlias = tuple[FloatArray, FloatArray]
 
 #: Boundary force and strain energy must match the driving analysis to this share. Chosen, not
 #: measured.
-MATCH = 0.03
+_MATCH = 0.03
 #: Thickness of the slab behind a cut plane in which its force is taken, over the surface size, but
 #: at most half of the box; the middle weighs most. Sample points lie inside or outside of a slab as
 #: a whole: with equal weights in a slab of 2 a gyroid sheet's forces differed by 10 %, as much as
 #: the volumes of the samples there, where mean stress differs by 0.4 % and these slabs by 0.6 %
 #: (9 bricks a cell).
-SLAB = 6.0
+_SLAB = 6.0
 #: Share of a submodel's cut nodes that may find no driving displacement. Chosen, not measured.
-MOST_UNDRIVEN = 0.05
+_MOST_UNDRIVEN = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,7 +60,6 @@ class SubmodelResult:
 
     Attributes
     ----------
-    submodel : Submodel
     value : float, MPa
         Stress percentile in the evaluation box.
     driving_value : float, MPa
@@ -74,9 +73,7 @@ class SubmodelResult:
         Both discrepancies are within 3 %.
     volume : float, mm^3
         Solid in the evaluation box.
-    tets : int
     mesh_size : float, mm
-    attempts : tuple of str
     seconds : float
         Of the mesher.
     """
@@ -116,18 +113,12 @@ def analyse_submodel(
     ----------
     surface : SurfaceMesh
         The exported surface, read back.
-    submodel : Submodel
     explicit : ExplicitResult
         Drives the submodel.
-    solid : PrintedSolid
     size : float, mm
         Surface size of the mesh, see `mesh_anew`: sets edge length and envelope.
     time_limit_s : float
         Of the mesher.
-
-    Returns
-    -------
-    SubmodelResult
     """
     driving, spacing = explicit.solved, size
     material, name = solid.material, submodel.load_case
@@ -156,7 +147,7 @@ def analyse_submodel(
     forces, carried = _plane_forces(fine, box, spacing), _plane_forces(coarse, box, spacing)
     factor = _drive_factor(forces, carried, driving.traction_residual.get(name))
     force_discrepancy = _force_discrepancy(factor * forces, carried)
-    energy = [float((f.volumes * energy_density(f, material)).sum()) for f in (fine, coarse)]
+    energy = [float((f.volumes * _energy_density(f, material)).sum()) for f in (fine, coarse)]
     # Of equal forces, on displacements that are larger by the factor.
     energy_discrepancy = abs(factor * energy[0] / energy[1] - 1.0)
     return SubmodelResult(
@@ -166,7 +157,7 @@ def analyse_submodel(
         drive_factor=factor,
         force_discrepancy=force_discrepancy,
         energy_discrepancy=energy_discrepancy,
-        matches=force_discrepancy <= MATCH and energy_discrepancy <= MATCH,
+        matches=force_discrepancy <= _MATCH and energy_discrepancy <= _MATCH,
         volume=float(fine.volumes[inside_evaluation_box(fine.points, submodel)].sum()),
         tets=mesh.tets.shape[1],
         mesh_size=EDGE_PER_SPACING * meshed.size,
@@ -175,7 +166,7 @@ def analyse_submodel(
     )
 
 
-def energy_density(sample: StressSample, material: Material) -> FloatArray:
+def _energy_density(sample: StressSample, material: Material) -> FloatArray:
     """Strain energy per volume, ``(m,)``, N/mm^2."""
     stress, nu = sample.stress, material.poissons_ratio
     trace = np.einsum("iim->m", stress)
@@ -221,11 +212,11 @@ def _driven_supports(
     nodes = np.unique(facet_nodes(space, cut))
     displacement, distance = driving.displacement_at(load_case, space.nodes[:, nodes])
     near = distance <= spacing
-    if np.mean(near) < 1 - MOST_UNDRIVEN:
+    if np.mean(near) < 1 - _MOST_UNDRIVEN:
         raise MeshError(
             f"{np.mean(~near):.1%} of the cut faces' nodes lie more than a grid spacing of "
             f"{spacing:.3g} mm outside the driving solid, up to {distance.max():.3g} mm; at most "
-            f"{MOST_UNDRIVEN:.0%} may; raise [run] elements_per_wall"
+            f"{_MOST_UNDRIVEN:.0%} may; raise [run] elements_per_wall"
         )
     value = np.zeros(space.nodes.shape)
     value[:, nodes[near]] = displacement[:, near]
@@ -245,7 +236,7 @@ def _plane_forces(field: StressSample, box: Box, spacing: float) -> FloatArray:
     lower, upper = box
     forces = []
     for axis in range(3):
-        thickness = min(SLAB * spacing, 0.5 * (upper[axis] - lower[axis]))
+        thickness = min(_SLAB * spacing, 0.5 * (upper[axis] - lower[axis]))
         for bound, sign in ((lower[axis], 1.0), (upper[axis], -1.0)):
             depth = sign * (field.points[axis] - bound)
             forces.append(_slab_force(field, depth, axis, thickness))

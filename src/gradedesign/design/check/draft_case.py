@@ -28,7 +28,7 @@ from gradedesign.geometry.part.round_shapes import RoundShapes, round_shapes
 from gradedesign.geometry.triangles._surface_mesh_kernels import triangle_areas
 
 #: Regions of each kind (named faces, holes) that are proposed. Chosen, not measured.
-MOST_REGIONS = 12
+_MOST_REGIONS = 12
 #: First word of the name of a region of hollow shapes.
 _HOLLOW = {
     "hole": "hole",
@@ -51,7 +51,6 @@ class DraftCase:
 
     Attributes
     ----------
-    part : Part
     stated : mapping of str to str
         Keys of ``[part]`` beside its file.
     regions : mapping of str to Region
@@ -86,7 +85,6 @@ def draft_case(
     ----------
     path : Path
         The part's file.
-    registry : Registry
     units : str, optional
         One of `UNITS`, of its coordinates where the file carries none.
     auto : bool
@@ -165,7 +163,6 @@ def draft_text(draft: DraftCase, name: str, file_name: str) -> str:
 
     Parameters
     ----------
-    draft : DraftCase
     name : str
         Of the case.
     file_name : str
@@ -210,7 +207,7 @@ size = "{draft.cell_size:g} mm"  # half of the part's mean thickness
 def _holes(groups: tuple[RoundShapes, ...]) -> Iterator[tuple[str, dict[str, Any]]]:
     """Holes, slots and inner cones by size and direction, the largest faces first."""
     holes = sorted((g for g in groups if g.kind in _HOLLOW), key=lambda g: -g.area)
-    for hole in holes[:MOST_REGIONS]:
+    for hole in holes[:_MOST_REGIONS]:
         key, stated = hole.keys
         name = _hole_name(hole)
         yield name, {key: stated, "count": hole.count}
@@ -234,7 +231,7 @@ def _file_names(part: Part) -> Iterator[tuple[str, dict[str, Any]]]:
     if part.file_faces is None:
         return
     names = list(dict.fromkeys(part.file_faces.names.values()))
-    for name in names[:MOST_REGIONS]:
+    for name in names[:_MOST_REGIONS]:
         plain = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_").lower()[:_LETTERS]
         yield plain or "face", {"name": name}
 

@@ -15,8 +15,6 @@ class LimitIteration:
 
     Attributes
     ----------
-    key : LimitKey
-    name, unit : str
     predicted : float
         By the corrected homogenised part, before the analysis.
     explicit : float or None
@@ -53,20 +51,15 @@ class Iteration:
         By the explicit mesh.
     mean_density : float
         Of the lattice phase, as sized.
-    limits : tuple of LimitIteration
     utilisation : float
         Largest value over limit.
-    passed : bool
-    dofs : int
-    mesh_size_mm : float
     spacing_mm : float
         Grid spacing that the thinnest wall needed, less where that grid lost volume or
         components, and at most that of the iteration before where the memory holds that.
     seconds : float
+        s.
     stiffness_factor : float
         Correction of the lattice's stiffness that this iteration's sizing used.
-    sizing_iterations : int
-    sizing_converged : bool
     timing_s : mapping of stage to seconds
         ``sizing``, ``explicit mesh``, ``explicit solve``; the rest of ``seconds`` is learning.
     """

@@ -61,7 +61,7 @@ def learn(
     rho: FloatArray,
 ) -> Lesson:
     """Compare an explicit analysis with its prediction and correct the model by the difference."""
-    rows = judged_rows(limits, result, predicted)
+    rows = _judged_rows(limits, result, predicted)
     explicit = {row.key: row.value for row in rows if not row.homogenised}
     discrepancy = discrepancy_between(
         {key: prediction.value for key, prediction in predicted.values.items()},
@@ -77,7 +77,7 @@ def learn(
     )
 
 
-def judged_rows(
+def _judged_rows(
     limits: Sequence[Limit], result: ExplicitResult, predicted: Prediction
 ) -> tuple[LimitRow, ...]:
     """Every limit by the explicit analysis, or by its prediction where that measures nothing."""

@@ -30,12 +30,10 @@ class FeatherEdges:
 
     Attributes
     ----------
-    wall_mm : float
     angle_deg : float
         Faces that enclose less count.
     share : float
         Of the surface's area.
-    area_mm2 : float
     at_mm : (float, float, float) or None
         Where most of it lies; None without any.
     """
@@ -60,7 +58,6 @@ def feather_edges(surface: SurfaceMesh, wall: float, rays: int = RAYS) -> Feathe
         Closed and outward oriented.
     wall : float, mm
         Thinnest that is printed.
-    rays : int
     """
     origins, inward = surface_rays(surface, rays)
     tree = build_triangle_tree(corner_points(surface))

@@ -14,10 +14,10 @@ from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree, ra
 
 #: Steps of the search for an orientation, degrees: all directions, then around the best. Chosen,
 #: not measured.
-COARSE, FINE = 3.6, 1.8
+_COARSE, _FINE = 3.6, 1.8
 #: Inclinations to the plate below which the area of the surface is reported, degrees. Chosen, not
 #: measured.
-INCLINATIONS = (10, 20, 30, 40, 50, 60, 70, 80, 90)
+_INCLINATIONS = (10, 20, 30, 40, 50, 60, 70, 80, 90)
 #: Normals are gathered in boxes of this edge, a fifth of a coarse step.
 _BOX = 0.0125
 #: Rays that measure the support. Chosen, not measured.
@@ -39,7 +39,7 @@ class Overhang:
         A facet overhangs where it is inclined to the plate by less.
     share_by_angle : mapping of str to float
         Share of the surface that looks down and is inclined to the plate by less, as built, for
-        every one of `INCLINATIONS`.
+        every one of `_INCLINATIONS`.
     fraction, least, most : float
         Share of the surface that overhangs: as built, and in the best and the worst direction. What
         lies on the plate counts, since every direction has another plate.
@@ -68,7 +68,6 @@ def overhang(surface: SurfaceMesh, up: FloatArray, angle: float) -> Overhang:
 
     Parameters
     ----------
-    surface : SurfaceMesh
     up : (3,) array
         Build direction, of length 1.
     angle : float, degrees
@@ -81,7 +80,7 @@ def overhang(surface: SurfaceMesh, up: FloatArray, angle: float) -> Overhang:
     vectors = area_vectors(surface)
     total = float(np.linalg.norm(vectors, axis=1).sum())
     sums, area = gathered_normals(vectors)
-    search = directions(COARSE)
+    search = directions(_COARSE)
     shares = overhang_fractions(sums, area, search, angle)
 
     def share(direction: FloatArray, inclination: float) -> float:
@@ -97,7 +96,7 @@ def overhang(surface: SurfaceMesh, up: FloatArray, angle: float) -> Overhang:
     supported, volume = _support(surface, up, angle)
     return Overhang(
         angle=angle,
-        share_by_angle={f"{a}": share(up, a) for a in INCLINATIONS},
+        share_by_angle={f"{a}": share(up, a) for a in _INCLINATIONS},
         fraction=share(up, angle),
         least=ends[0][0],
         most=ends[1][0],
@@ -146,7 +145,7 @@ def directions(step: float) -> FloatArray:
 def _around(up: FloatArray) -> FloatArray:
     """A direction and those a fine step around it, ``(d, 3)``."""
     polar, azimuth = np.arccos(np.clip(up[2], -1, 1)), np.arctan2(up[1], up[0])
-    steps = np.radians(FINE) * np.arange(-1, 2)
+    steps = np.radians(_FINE) * np.arange(-1, 2)
     p, a = np.meshgrid(polar + steps, azimuth + steps, indexing="ij")
     near = np.stack([np.sin(p) * np.cos(a), np.sin(p) * np.sin(a), np.cos(p)], axis=-1)
     return np.concatenate([up[None], near.reshape(-1, 3)])

@@ -36,11 +36,6 @@ class Printability:
 
     Attributes
     ----------
-    build_direction : str
-    thickness : WallThickness
-    overhang : Overhang
-    islands : LayerIslands
-    voids : Voids
     as_built : AsBuilt or None
         Where the case states how the process grows.
     feathers : FeatherEdges or None
@@ -61,7 +56,6 @@ def grid_step(spec: PrintSpec, extent: FloatArray) -> tuple[float, int, float]:
 
     Parameters
     ----------
-    spec : PrintSpec
     extent : (3,) array, mm
         Edges of the part's box.
     """
@@ -84,7 +78,6 @@ def measure_printability(
         The printed solid, closed.
     part : SurfaceMesh
         The fully solid part, in which voids are looked for.
-    spec : PrintSpec
     thickness : WallThickness
         Of ``surface``.
     """

@@ -16,9 +16,9 @@ from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree, ra
 #: Rays of a measurement. The thinnest 0.1 % then rest on 100 of them.
 RAYS = 100_000
 #: Percentiles by area that are reported, %. Chosen, not measured.
-PERCENTILES = (0.1, 1.0, 5.0, 50.0)
+_PERCENTILES = (0.1, 1.0, 5.0, 50.0)
 #: Largest share of rays that may find no way out of a closed surface by rounding.
-MOST_LOST = 1e-4
+_MOST_LOST = 1e-4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,7 +30,6 @@ class WallThickness:
     percentiles_mm : mapping of str to float
         By percentile of the surface's area, such as ``"0.1"``: that share of the surface has less
         solid behind it.
-    rays : int
     method : str
         For the report.
     """
@@ -54,7 +53,6 @@ def wall_thickness(surface: SurfaceMesh, rays: int = RAYS) -> WallThickness:
     ----------
     surface : SurfaceMesh
         Closed and outward oriented.
-    rays : int
 
     Raises
     ------
@@ -65,14 +63,14 @@ def wall_thickness(surface: SurfaceMesh, rays: int = RAYS) -> WallThickness:
     length = ray_lengths(build_triangle_tree(corner_points(surface)), origins, inward)
     thickness = length[np.isfinite(length)]
     lost = len(length) - len(thickness)
-    if lost > MOST_LOST * len(length):
+    if lost > _MOST_LOST * len(length):
         raise MeshError(
             f"thickness: {lost} of {len(length)} rays into the solid find no way out; the "
             "surface is open, repair it"
         )
-    values = np.percentile(thickness, PERCENTILES)
+    values = np.percentile(thickness, _PERCENTILES)
     return WallThickness(
-        percentiles_mm={f"{p:g}": float(v) for p, v in zip(PERCENTILES, values, strict=True)},
+        percentiles_mm={f"{p:g}": float(v) for p, v in zip(_PERCENTILES, values, strict=True)},
         rays=len(thickness),
     )
 

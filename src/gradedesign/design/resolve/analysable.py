@@ -36,7 +36,6 @@ class Analysable:
 
     Attributes
     ----------
-    analysis : ExplicitAnalysis
     bounds : (float, float)
     elements_per_wall : float
         Elements across the thinnest wall.
@@ -44,7 +43,6 @@ class Analysable:
         Element size that the walls at the lower bound ask for.
     memory_bytes : int
         Expected of the explicit analysis; where it is refused, the least of the window.
-    warnings : tuple of str
     refusal : str
         Why no density of the window fits the budget; empty where one does.
     zones : tuple of Analysable
@@ -87,17 +85,12 @@ def analysable_bounds(
 
     Parameters
     ----------
-    lattice : LatticeSpec
-    run : RunSpec
-    cell : Cell
     bounds : (float, float)
         Density window of user, cell, law and printer.
     least_size : float, mm
         Shortest extent of any cell.
-    analysis : ExplicitAnalysis
     part : PlannedPart
         With the volumes of its lattice and of what stays solid.
-    domain : DesignDomain
 
     Returns
     -------

@@ -37,12 +37,7 @@ def _default_mesh_size(spec: PartSpec, part: Part, cell_size: float) -> float:
     ----------
     spec : PartSpec
         Without a mesh size.
-    part : Part
     cell_size : float, mm
-
-    Returns
-    -------
-    float
     """
     a, b, c = np.moveaxis(corner_points(part.surface), 1, 0)
     area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())

@@ -26,11 +26,11 @@ from gradedesign.mechanics.limits.row import LEAST_JUDGED
 CELLS = 0.25
 #: Default radius over the width of a support, the root of its area, at most: what a small support
 #: disturbs fades within half its width (Saint-Venant). Chosen, not measured.
-WIDTHS = 0.5
+_WIDTHS = 0.5
 #: Share of the part and of its lattice that the default leaves out at most. Lattice is densest at
 #: supports: with nine times the density of the rest a tenth of the place holds half the solid, and
 #: `LEAST_JUDGED` of it stays outside.
-MOST_BY_DEFAULT = 0.1
+_MOST_BY_DEFAULT = 0.1
 
 
 def zones_of_supports(
@@ -45,14 +45,10 @@ def zones_of_supports(
 
     Parameters
     ----------
-    load_cases : sequence of LoadCaseSpec
-    limits : LimitsSpec
     element_size : float, mm
         Of the part's tetrahedra.
-    part : Part
     inside : (3, n) array, mm
         Points that fill the part evenly.
-    layout : CellLayout
     """
     supports = singular_supports(load_cases, part.regions, part.surface)
     distances = [region_distance(support.corners) for support in supports]
@@ -64,7 +60,7 @@ def zones_of_supports(
         reach = [
             distance(points) / radius for distance, radius in zip(distances, wanted, strict=True)
         ]
-        reached = np.quantile(np.min(reach, axis=0), MOST_BY_DEFAULT, method="lower")
+        reached = np.quantile(np.min(reach, axis=0), _MOST_BY_DEFAULT, method="lower")
         share = min(share, float(reached))
     zones = []
     for support, distance, radius in zip(supports, distances, wanted, strict=True):
@@ -91,7 +87,7 @@ def _undisturbed_from(support: SingularSupport, cell: float) -> float:
     """Default radius around a support, mm, before the part bounds it."""
     if not support.whole:
         return CELLS * cell
-    return min(CELLS * cell, WIDTHS * float(np.sqrt(support.area)))
+    return min(CELLS * cell, _WIDTHS * float(np.sqrt(support.area)))
 
 
 def require_judged(
@@ -101,10 +97,8 @@ def require_judged(
 
     Parameters
     ----------
-    zones : sequence of SupportZone
     inside, lattice : (3, n) array, mm
         Points that fill the part, and its lattice, evenly.
-    where : Where
 
     Raises
     ------
@@ -143,7 +137,6 @@ def exclusion_data(zone: ExclusionZone, ratio: Mapping[str, float]) -> dict[str,
 
     Parameters
     ----------
-    zone : ExclusionZone
     ratio : mapping of phase to float
         Value of the limit's row over that of the analysis, 1 where none is named: stress with the
         zones included is stated on the basis of the rows.

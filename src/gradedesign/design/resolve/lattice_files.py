@@ -34,7 +34,7 @@ log = logging.getLogger(__name__)
 #: Name of the exported surface that acceptance reads back.
 STL_NAME = "lattice.stl"
 #: Largest surface that is tested for crossing itself, triangles: about 1 GB is taken.
-MOST_TESTED = 20_000_000
+_MOST_TESTED = 20_000_000
 #: Other files of a lattice, whose names no exporter gets.
 _TAKEN = ("lattice.png", "lattice.vtu")
 
@@ -48,7 +48,6 @@ class LatticeFile:
     name : str
         Below the run folder: ``lattice`` and the exporter's suffix; ``lattice-`` and the
         exporter's name before it where another file has that name.
-    exporter : Exporter
     source : str
         Distribution and version that supplied it.
     """
@@ -159,10 +158,10 @@ def crossing_warnings(surface: SurfaceMesh) -> tuple[str, ...]:
     Vertices are rounded to float32 first, as files hold them; the steps by which `write_stl` moves
     equal ones apart are far too small to count as a crossing.
     """
-    if len(surface.faces) > MOST_TESTED:
+    if len(surface.faces) > _MOST_TESTED:
         return (
             f"the printed surface of {len(surface.faces)} triangles is not tested for crossing "
-            f"itself, which is done up to {MOST_TESTED}",
+            f"itself, which is done up to {_MOST_TESTED}",
         )
     report_step("triangles that pass through each other")
     vertices = surface.vertices.astype(np.float32).astype(np.float64)

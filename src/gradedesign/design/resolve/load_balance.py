@@ -19,7 +19,7 @@ from gradedesign.mechanics.fe.region_load import region_resultant
 from gradedesign.mechanics.material.material import Material
 
 #: Resultants below this share of what acts are taken for zero. Chosen, not measured.
-CANCELLED = 1e-6
+_CANCELLED = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -53,10 +53,8 @@ class LoadBalance:
 
     Attributes
     ----------
-    load_case : str
     about : (3,) array, mm
         Area centroid of the held regions.
-    rows : tuple of LoadRow
     force : (3,) array, N
     moment : (3,) array, N mm
     temperature_change : float, K
@@ -85,15 +83,8 @@ def load_balances(
 
     Parameters
     ----------
-    load_cases : sequence of LoadCaseSpec
-    part : Part
     density : float, t/mm^3
         Of the solid material: an acceleration is taken to act on the solid part.
-    where : Where
-
-    Returns
-    -------
-    tuple of LoadBalance
 
     Raises
     ------
@@ -179,7 +170,7 @@ def load_case_data(
     )
 
 
-def held_centroid(spec: LoadCaseSpec, part: Part) -> FloatArray:
+def _held_centroid(spec: LoadCaseSpec, part: Part) -> FloatArray:
     """Area centroid of the regions that a load case holds, ``(3,)``, mm."""
     regions = [part.regions[name] for name in dict.fromkeys(f.region for f in spec.fix)]
     areas = np.array([region.area for region in regions])
@@ -188,7 +179,7 @@ def held_centroid(spec: LoadCaseSpec, part: Part) -> FloatArray:
 
 def _balance(spec: LoadCaseSpec, part: Part, density: float, where: Where, key: str) -> LoadBalance:
     """Resultants of one load case, which the case states under ``key``."""
-    about = held_centroid(spec, part)
+    about = _held_centroid(spec, part)
     rows = []
     for k, load in enumerate(spec.load):
         region = part.regions[load.region]
@@ -220,7 +211,7 @@ def _balance(spec: LoadCaseSpec, part: Part, density: float, where: Where, key: 
         force=force,
         moment=moment,
         temperature_change=spec.temperature_change,
-        cancels=gross > 0 and imbalance <= CANCELLED * gross,
+        cancels=gross > 0 and imbalance <= _CANCELLED * gross,
     )
 
 

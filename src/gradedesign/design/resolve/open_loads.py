@@ -25,13 +25,11 @@ PLATE = 1 / 6
 OPEN = 0.1
 
 
-def open_share(region: Region, domain: DesignDomain, depth: float) -> float:
+def _open_share(region: Region, domain: DesignDomain, depth: float) -> float:
     """Share of a region's area below which there is lattice.
 
     Parameters
     ----------
-    region : Region
-    domain : DesignDomain
     depth : float, mm
         Below the surface at which solid is looked for.
     """
@@ -67,7 +65,7 @@ def open_regions(
     """
     names = dict.fromkeys(load.region for spec in load_cases for load in spec.load)
     share = {
-        name: open_share(part.regions[name], domain, DEPTH * cell_size)
+        name: _open_share(part.regions[name], domain, DEPTH * cell_size)
         for name in names
         if name in part.regions
     }

@@ -23,7 +23,6 @@ def part_readers(spec: PartSpec, memory: int, registry: Registry) -> dict[str, R
         Its file must be one of theirs.
     memory : int, bytes
         That voxels may take.
-    registry : Registry
 
     Raises
     ------

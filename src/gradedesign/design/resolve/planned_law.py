@@ -25,7 +25,7 @@ from gradedesign.mechanics.material.power_fit import GIBSON_ASHBY
 from gradedesign.mechanics.material.scaling_law import LawKind, ScalingLaw, has_strength
 
 #: Minutes of one processor that a table takes at ON_DEMAND_RESOLUTION, least and most.
-TABLE_MINUTES = (1.0, 2.0)
+_TABLE_MINUTES = (1.0, 2.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,7 +34,6 @@ class PlannedLaw:
 
     Attributes
     ----------
-    name : str
     window : (float, float)
         Densities that it covers.
     why : str
@@ -70,7 +69,7 @@ class PlannedLaw:
         if self.tabulated:
             return 0.0, 0.0
         work = (self.voxels / ON_DEMAND_RESOLUTION) ** 3
-        return TABLE_MINUTES[0] * work, TABLE_MINUTES[1] * work
+        return _TABLE_MINUTES[0] * work, _TABLE_MINUTES[1] * work
 
 
 def planned_law(

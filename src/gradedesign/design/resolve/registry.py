@@ -141,12 +141,10 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
 
     Parameters
     ----------
-    registry : Registry
     kind : str
         ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers``,
         ``repairers``, ``exporters``, ``outputs``, ``solvers``, ``eigen_solvers``, ``meshers``,
         ``limits``, ``components`` or ``analyses``.
-    name : str
 
     Raises
     ------

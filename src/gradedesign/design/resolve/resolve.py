@@ -23,7 +23,7 @@ from gradedesign.mechanics.material.scaling_law import ScalingLaw
 
 #: A density window narrower than this share of its upper end has one density: levels of cells are
 #: calibrated to about a thousandth.
-NO_WIDTH = 1e-3
+_NO_WIDTH = 1e-3
 
 
 def case_material(spec: MaterialSpec | None, registry: Registry, where: Where) -> Material:
@@ -149,7 +149,7 @@ def density_bounds(
             f"{where('lattice.density')}: {list(spec.densities)} has nothing in common "
             f"with the windows of what it uses ({listed}); widen it or choose another cell or law"
         )
-    if high - low <= NO_WIDTH * high:
+    if high - low <= _NO_WIDTH * high:
         warnings.append(
             f"{where('lattice.density')}: the density window [{low:.4g}, {high:.4g}] has no "
             f"width: one lattice of that density is judged, and none is looked for; widen it to "

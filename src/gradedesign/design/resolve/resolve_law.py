@@ -25,7 +25,7 @@ from gradedesign.mechanics.material.scaling_law import ScalingLaw, has_strength
 
 #: Difference of Poisson's ratios from which a warning says so. Per 0.05, measured on four cells at
 #: density 0.3: up to 2.5 % in E, G and strength, 9 % in bulk modulus.
-RATIO_TOLERANCE = 0.05
+_RATIO_TOLERANCE = 0.05
 
 
 def resolve_law(
@@ -106,7 +106,7 @@ def resolve_law(
 
 def _ratio_warnings(law: ScalingLaw, poissons_ratio: float) -> tuple[str, ...]:
     """Say that a law was made for another base material."""
-    if abs(law.poissons_ratio - poissons_ratio) <= RATIO_TOLERANCE:
+    if abs(law.poissons_ratio - poissons_ratio) <= _RATIO_TOLERANCE:
         return ()
     return (
         f"law '{law.name}' was made for Poisson's ratio {law.poissons_ratio:g}, the material has "

@@ -20,12 +20,10 @@ def stated_directions(
 
     Parameters
     ----------
-    spec : OrientationSpec or None
     distance : callable
         Signed distance of the part.
     memory : int, bytes
         That a file may take.
-    where : Where
 
     Returns
     -------

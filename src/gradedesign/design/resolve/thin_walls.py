@@ -15,7 +15,7 @@ from gradedesign.geometry.part.part import Part
 from gradedesign.geometry.part.thickness import local_thickness
 
 #: Points in the lattice at which the part's thickness is measured. Chosen, not measured.
-SAMPLE_POINTS = 1500
+_SAMPLE_POINTS = 1500
 #: A wall of exactly one cell, or of exactly the printer's thinnest wall, may come out a rounding
 #: error thinner.
 _ROUNDING = 1e-6
@@ -28,7 +28,7 @@ def median_thickness(rotation: Triple, part: Part, layout: CellLayout) -> float:
     """Median thickness of the part over its lattice, along turned axes, mm; inf without one."""
     if not layout.points.size:
         return np.inf
-    every = max(layout.points.shape[1] // SAMPLE_POINTS, 1)
+    every = max(layout.points.shape[1] // _SAMPLE_POINTS, 1)
     axes = Rotation.from_euler("XYZ", rotation, degrees=True).as_matrix()
     lengths = local_thickness(part.surface, layout.points[:, ::every], axes)
     return float(np.median(lengths)) if lengths.size else np.inf

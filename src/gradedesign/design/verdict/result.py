@@ -25,7 +25,6 @@ class RunResult:
     Attributes
     ----------
     status : {"met", "not_met", "infeasible", "partial", "failed"}
-    lightest : bool
     reason : str
         One sentence for a person.
     ended_by : str
@@ -43,14 +42,11 @@ class RunResult:
     mass_g, lattice_mass_g : float or None
         Of the solid that the printed file encloses, where one was written and read back; of the
         sized homogenised part where the run stopped there.
-    solid_mass_g : float or None
     relative_density : float or None
         Mass over solid mass.
     lattice_density : float or None
         Mean density of the lattice phase of the printed file: whole members on the part's faces add
         to the density of sizing, cut ones reduce it.
-    iterations : tuple of Iteration
-    acceptance : mapping
     measures : mapping
         Stress measures by phase, worst neighbourhood included.
     printed : mapping
@@ -74,12 +70,6 @@ class RunResult:
         (``copies``), and its masses; empty without any. All other masses are the modelled part's.
     yields : tuple of str
         Warnings that the fully solid part, or the printed solid, yields away from supports.
-    warnings : tuple of str
-    plugins : tuple of str
-    versions : mapping
-    case_hash : str
-    case_name : str
-    folder : Path
     date : str
         When the result was written, ISO 8601 in UTC; no part of `case_hash`.
     version : str

@@ -39,7 +39,7 @@ SAMPLES, LEVELS, SHARES = 4, 257, 17
 ROUNDS, SETTLED = 60, 1e-3
 #: Growth of a cell's solid with its level, 1 on the whole, that a change counts on at least.
 #: Chosen, not measured.
-LEAST_RISE = 0.1
+_LEAST_RISE = 0.1
 #: Memory of a block while levels are found, bytes.
 _BYTES_PER_BLOCK = 160
 
@@ -209,7 +209,7 @@ def _settled(
             best, least = excess, error
         if least <= SETTLED:
             break
-        excess = excess + off / np.maximum(_means(rise, size), LEAST_RISE)
+        excess = excess + off / np.maximum(_means(rise, size), _LEAST_RISE)
     return best, before, least
 
 

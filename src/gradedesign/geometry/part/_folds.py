@@ -29,7 +29,6 @@ class Unfolded:
         Facets of each shell.
     removed : int
         Facets in pairs that faced each other.
-    notes : tuple of str
     """
 
     vertices: FloatArray
@@ -52,7 +51,6 @@ def unfolded_shells(
         Consistently oriented.
     margin : float, mm
         A shell thinner than this encloses nothing.
-    source : str
 
     Raises
     ------

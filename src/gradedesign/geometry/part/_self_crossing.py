@@ -43,7 +43,6 @@ class Uncrossed:
         Facets of each closed shell.
     united : int
         Shells that were united with themselves.
-    notes : tuple of str
     """
 
     vertices: FloatArray
@@ -64,7 +63,6 @@ def uncross_shells(
         Facets of each closed, consistently oriented shell.
     margin : float, mm
         Depth up to which facets only touch.
-    source : str
 
     Raises
     ------

@@ -15,7 +15,7 @@ from gradedesign.geometry.part._nesting import Nesting
 #: measured.
 FRAGMENT_SHARE = 1e-3
 #: Fragments above this share of the other volume together are no fragments. Chosen, not measured.
-FRAGMENTS_SHARE = 1e-2
+_FRAGMENTS_SHARE = 1e-2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -49,7 +49,6 @@ def shell_roles(
 
     Parameters
     ----------
-    nesting : Nesting
     volumes : (s,) array, mm^3
     sign, inverted : (s,) arrays
         As `outward_signs` returns them.
@@ -90,7 +89,7 @@ def _fragments(cluster: IntArray, volumes: FloatArray) -> BoolArray:
     """Mask of disconnected components too small to belong to the part, unless their sum is not."""
     size = np.bincount(cluster, np.abs(volumes))
     small = size < FRAGMENT_SHARE * size.max()
-    if size[small].sum() > FRAGMENTS_SHARE * size[~small].sum():
+    if size[small].sum() > _FRAGMENTS_SHARE * size[~small].sum():
         small[:] = False
     return np.asarray(small[cluster])
 

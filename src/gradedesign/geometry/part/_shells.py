@@ -34,7 +34,6 @@ class SolidShells:
         Keys as in ``RepairReport``.
     common_area : float, mm^2
         Of the faces in which solids touch.
-    warnings : tuple of str
     """
 
     vertices: FloatArray
@@ -57,7 +56,6 @@ def settle_shells(
     bodies : {"one", "join", "all"}
     margin : float, mm
         Depth up to which facets only touch.
-    source : str
 
     Raises
     ------
@@ -114,10 +112,8 @@ class _Shells:
     ----------
     vertices : (n, 3) array, mm
     parts : list of (k, 3) int array
-    nesting : Nesting
     crossing : (s,) bool array
         Which overlap others.
-    touches : Touches
     """
 
     vertices: FloatArray

@@ -39,7 +39,7 @@ log = logging.getLogger(__name__)
 #: Reads one file format.
 Reader: TypeAlias = Callable[[Path], RawTriangles]
 #: Of a case that names none.
-NO_BODIES: Mapping[str, BodySpec] = MappingProxyType({})
+_NO_BODIES: Mapping[str, BodySpec] = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -98,14 +98,13 @@ def read_part(
     readers: Mapping[str, Reader],
     where: Where,
     *,
-    bodies: Mapping[str, BodySpec] = NO_BODIES,
+    bodies: Mapping[str, BodySpec] = _NO_BODIES,
     mend: Mend | None = None,
 ) -> Part:
     """Read or build a part and find its regions.
 
     Parameters
     ----------
-    spec : PartSpec
     regions : mapping of str to RegionSpec
         By name.
     readers : mapping of str to callable
@@ -116,10 +115,6 @@ def read_part(
         Bodies that the case names, by their keys, such as ``keep[0].body``.
     mend : callable, optional
         The repairer that ``[part] repair`` names, where it is a plugin's.
-
-    Returns
-    -------
-    Part
 
     Raises
     ------

@@ -16,7 +16,6 @@ def chords(
 
     Parameters
     ----------
-    surface : SurfaceMesh
     points : (3, n) array, mm
     axes : (3, 3) array
         Columns are orthonormal directions.

@@ -20,7 +20,7 @@ from gradedesign.geometry.triangles.surface_mesh import (
 )
 
 #: Columns per triangle, at most. Chosen, not measured.
-MOST_COLUMNS = 4
+_MOST_COLUMNS = 4
 #: Points that are worth a thread. Chosen, not measured.
 _AT_ONCE = 1024
 
@@ -89,7 +89,7 @@ def build_classifier(surface: SurfaceMesh) -> GridClassifier:
     axes = np.array([(last + 1) % 3, (last + 2) % 3, last])
     corners = np.ascontiguousarray(corners[:, :, axes])
     lower, extent = corners.min(axis=(0, 1))[:2], extent[axes[:2]]
-    least = np.sqrt(extent.prod() / (MOST_COLUMNS * len(corners)))
+    least = np.sqrt(extent.prod() / (_MOST_COLUMNS * len(corners)))
     step = float(max(np.ptp(corners[:, :, :2], axis=1).mean(), least))
     shape = np.floor(extent / step).astype(np.int64) + 1
     tops = corners[:, :, 2].max(axis=1)
@@ -119,7 +119,6 @@ def winding_at(
 
     Parameters
     ----------
-    classifier : GridClassifier
     points : (3, n) array, mm
     clearance : (n,) array, optional, mm
         Lower bounds of the points' distances to the surface: consecutive points that the surface
@@ -194,7 +193,6 @@ def mark_near(corners: FloatArray, clearance: float, mark: int, marks: NDArray[n
         In cubes from the corner of the first.
     clearance : float, cubes
         Along each axis.
-    mark : int
     marks : (nx, ny, nz) uint8 array
         Changed in place.
     """

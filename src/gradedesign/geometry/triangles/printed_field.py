@@ -25,11 +25,6 @@ class SurfaceSearch:
     """Triangles of a closed surface, ordered for distances and winding numbers.
 
     Measured 134 bytes a triangle for the tree and 107 for the classifier.
-
-    Attributes
-    ----------
-    tree : TriangleTree
-    classifier : GridClassifier
     """
 
     tree: TriangleTree

@@ -26,7 +26,6 @@ class WindingTree:
 
     Attributes
     ----------
-    tree : TriangleTree
     turn : (m,) int array
         By sorted place: -1 where a triangle counts turned around, else 1.
     moments : (k, 16) array

@@ -26,15 +26,15 @@ log = logging.getLogger(__name__)
 #: sampled. Measured without the sample points, 0.25 GB for the program: 280 at density 0.3, eight
 #: bricks to a cell; at 0.15, where most elements hold less solid than void, 475 on 9.2 M unknowns
 #: and 615 on 0.8 M, whose peak this predicts 8 % too low.
-BASE_BYTES, BYTES_PER_UNKNOWN, BYTES_PER_BRICK = 300_000_000, 480, 100
+BASE_BYTES, BYTES_PER_UNKNOWN, _BYTES_PER_BRICK = 300_000_000, 480, 100
 #: The next spacing where bricks lost volume or components, and the volume they may lose. Chosen,
 #: not measured.
 FINER, VOLUME_TOLERANCE = 0.8, 0.04
 #: What keeps this share on finer bricks is no fault of the grid. Chosen, not measured.
-SAME_LOSS = 0.8
+_SAME_LOSS = 0.8
 #: Points at which the volume of the field is counted, and the seed of their places. Chosen, not
 #: measured.
-VOLUME_POINTS, VOLUME_SEED = 500_000, 2007
+_VOLUME_POINTS, _VOLUME_SEED = 500_000, 2007
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -43,9 +43,6 @@ class DividedSolid:
 
     Attributes
     ----------
-    problem : CutProblem
-    elements : Elements
-    space : BrickSpace
     requested : float, mm
         Spacing before it was fitted to the part.
     refused : tuple of str
@@ -59,7 +56,7 @@ class DividedSolid:
     refused: tuple[str, ...]
 
 
-def design_problem(solid: PrintedSolid, spacing: float, *, graded: bool = False) -> CutProblem:
+def _design_problem(solid: PrintedSolid, spacing: float, *, graded: bool = False) -> CutProblem:
     """The solid of a design, or its `PrintedSolid.field`, with the loads and supports of its case.
 
     ``spacing``, mm, is that of the elements: distances of the part are exact within it. Of a graded
@@ -99,7 +96,7 @@ def divided_within_budget(
         say(message)
 
     while True:
-        problem = design_problem(solid, spacing, graded=graded)
+        problem = _design_problem(solid, spacing, graded=graded)
         require_regions(problem)
         _require_room(problem, spacing, memory)
         lost, why, divided = _tried(problem, spacing)
@@ -134,7 +131,7 @@ def divided_within_budget(
             continue
         if resolution.coarsest is None:
             raise LatticeError(why)
-        if lost > SAME_LOSS * lost_before > 0.0:
+        if lost > _SAME_LOSS * lost_before > 0.0:
             raise LatticeError(
                 f"{why} (coarser ones lost as much: it is the design, not its grid; raise the "
                 f"lower density, enlarge the cells, or add a skin)"
@@ -154,7 +151,7 @@ def _tried(
     except DisconnectedError as error:
         return error.share, str(error), None
     report_step("volume of the solid")
-    held, volume = solid_volume(elements), sampled_volume(problem)
+    held, volume = solid_volume(elements), _sampled_volume(problem)
     off = held / (volume * (1.0 - elements.dropped_share)) - 1.0
     if abs(off) <= VOLUME_TOLERANCE:
         return 0.0, "", (elements, space)
@@ -165,12 +162,12 @@ def _tried(
     return abs(off), why, None
 
 
-def sampled_volume(problem: CutProblem) -> float:
+def _sampled_volume(problem: CutProblem) -> float:
     """Volume of the solid, mm^3, by points in random places of an even grid of the box."""
     extent = problem.upper - problem.lower
-    step = float((extent.prod() / VOLUME_POINTS) ** (1 / 3))
+    step = float((extent.prod() / _VOLUME_POINTS) ** (1 / 3))
     count = np.maximum(np.ceil(extent / step), 1).astype(int)
-    random = np.random.default_rng(VOLUME_SEED)
+    random = np.random.default_rng(_VOLUME_SEED)
     inside = 0
     y, z = np.meshgrid(np.arange(count[1]), np.arange(count[2]), indexing="ij")
     for i in range(count[0]):
@@ -184,7 +181,7 @@ def sampled_volume(problem: CutProblem) -> float:
 def _require_room(problem: CutProblem, spacing: float, memory: float) -> None:
     """Refuse a grid whose samples alone do not fit the memory."""
     bricks = float(np.prod(brick_grid(problem, spacing).shape, dtype=np.float64))
-    need = BASE_BYTES + BYTES_PER_BRICK * bricks
+    need = BASE_BYTES + _BYTES_PER_BRICK * bricks
     if need > memory:
         raise ResourceError(
             f"a grid of {bricks:.3g} finite cells of {spacing:.3g} mm needs {need / 1e9:.3g} GB "

@@ -49,7 +49,7 @@ REACH = 2.0
 CONTOUR_TOLERANCE = 0.05
 #: Nodes of VTK's triquadratic hexahedron as numbers of ours, x fastest: corners, edges, faces,
 #: centre.
-VTK_ORDER = np.array(
+_VTK_ORDER = np.array(
     [0, 2, 8, 6, 18, 20, 26, 24,
      1, 5, 7, 3, 19, 23, 25, 21, 9, 11, 17, 15,
      12, 14, 10, 16, 4, 22, 13]
@@ -62,10 +62,8 @@ class FiniteCellFields:
 
     Attributes
     ----------
-    result : FiniteCellResult
     field : callable
         Of the solid, negative inside.
-    division : Discretisation
     parts : SolidParts
         Whose centroids are the sample points.
     bodies : int
@@ -182,7 +180,7 @@ class FiniteCellFields:
         weight = np.maximum(weight, np.finfo(float).tiny)
         return VolumeFields(
             points=node_points(result.elements, result.space),
-            elements=result.space.nodes[:, VTK_ORDER].T.astype(np.int64),
+            elements=result.space.nodes[:, _VTK_ORDER].T.astype(np.int64),
             point_data={
                 f"displacement {solution.name} [mm]": solution.u.T for solution in result.solutions
             },

@@ -24,17 +24,15 @@ class PrintedSolid:
 
     Attributes
     ----------
-    load_cases : tuple of LoadCaseSpec
     memory : int, bytes
         That an analysis, or the mesher, may take.
-    design : LatticeDesign
-    material : Material
     regions : mapping of name to Region
         On the surface of the part.
     support_zones : tuple of SupportZone
         In which stress is not judged.
     stress_limit : float or None, MPa
     percentile : float
+        Of the volume, per cent.
     solver : LinearSolver
         Of the analyses on tetrahedra.
     mesher : Mesher

@@ -20,8 +20,6 @@ def small_solid_spacing(
 
     Parameters
     ----------
-    analysis : ExplicitAnalysis
-    planned : PlannedSolid
     spacing : float, mm
         That walls and layers ask for.
     stated : bool

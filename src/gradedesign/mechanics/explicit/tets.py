@@ -41,8 +41,6 @@ def solve_tets(
 
     Parameters
     ----------
-    mesh : TetMesh
-    solid : PrintedSolid
     division : Discretisation
         Of the mesh; its unknowns are counted here.
     tolerance : float, mm
@@ -58,7 +56,7 @@ def solve_tets(
     material = solid.material
     report_step(f"supports and loads on {mesh.tets.shape[1]} tetrahedra")
     space = tet_space(mesh, 2)
-    facets = facets_of_regions(mesh, solid.regions, tolerance)
+    facets = _facets_of_regions(mesh, solid.regions, tolerance)
     cases = case_loads(space, solid.load_cases, solid.regions, facets)
     stiffness = solid_stiffness(space, material)
     density = np.full(space.element_count, material.density)
@@ -80,7 +78,7 @@ def solve_tets(
     )
 
 
-def facets_of_regions(
+def _facets_of_regions(
     mesh: TetMesh, regions: Mapping[str, Region], tolerance: float
 ) -> dict[str, IntArray]:
     """Facets of every region on the surface of the mesh.

@@ -19,7 +19,7 @@ from gradedesign.mechanics.fe.space import TetSpace
 from gradedesign.mechanics.solver.rigid_modes import free_modes, triple_words
 
 #: Pieces named in an error message. Chosen, not measured.
-NAMED_PIECES = 4
+_NAMED_PIECES = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -59,7 +59,6 @@ def free_pieces(space: TetSpace, fixed: BoolArray) -> tuple[FreePiece, ...]:
 
     Parameters
     ----------
-    space : TetSpace
     fixed : (3, n) bool array
         Components with a prescribed displacement.
 
@@ -103,7 +102,7 @@ def require_held(space: TetSpace, fixed: BoolArray, name: str) -> None:
     lines = [
         f"piece {p.number} ({100 * p.volume_share:.3g} % of the volume, around "
         f"{triple_words(p.centroid)} mm) is {'; '.join(p.modes)}"
-        for p in free[:NAMED_PIECES]
+        for p in free[:_NAMED_PIECES]
     ]
     more = len(free) - len(lines)
     rest = f"; and {more} more pieces" if more > 0 else ""

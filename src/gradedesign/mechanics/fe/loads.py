@@ -237,7 +237,6 @@ def stress_force(space: TetSpace, stress: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    space : TetSpace
     stress : (6, M, 4) array
         Voigt, at the Gauss points, each with the volume that it stands for: N mm.
     """

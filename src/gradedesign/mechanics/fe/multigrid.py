@@ -47,8 +47,8 @@ log = logging.getLogger(__name__)
 #: and below it, and the part of the spectrum it damps: from the largest eigenvalue down to the
 #: largest divided by the second figure. Found on gyroid sheets: two visits of each coarser level (a
 #: W-cycle) save a quarter of the iterations of one visit.
-LINEAR_SMOOTHING = (2, 12.0)
-COARSE_SMOOTHING = (3, 20.0)
+_LINEAR_SMOOTHING = (2, 12.0)
+_COARSE_SMOOTHING = (3, 20.0)
 #: Unknowns at which coarsening stops and a factorisation takes over. Chosen, not measured.
 COARSEST = 1500
 
@@ -59,7 +59,6 @@ class Level:
 
     Attributes
     ----------
-    smoother : Smoother
     prolong, restrict : BlockRows
         From the next coarser level and to it.
     coarse_keep : (n_coarse,) float32 array
@@ -103,16 +102,11 @@ def build_hierarchy(
 
     Parameters
     ----------
-    space : TetSpace
     stiffness : Stiffness
         What `matrix` was assembled from.
     matrix : bsr_matrix
         Unconstrained, 3 by 3 blocks.
     fixed : (3, n) bool array
-
-    Returns
-    -------
-    Hierarchy
     """
     levels: list[QuadraticLevel | Level] = []
     keep = (~fixed.T).ravel().astype(np.float64)
@@ -129,7 +123,7 @@ def build_hierarchy(
     while matrix.shape[0] > COARSEST:
         report_step(f"multigrid level of {matrix.shape[0]} unknowns")
         linear = matrix.blocksize == (3, 3)
-        smoother = build_smoother(matrix, keep, LINEAR_SMOOTHING if linear else COARSE_SMOOTHING)
+        smoother = build_smoother(matrix, keep, _LINEAR_SMOOTHING if linear else _COARSE_SMOOTHING)
         coarse = coarsen(matrix, keep, smoother.inverse, smoother.largest, candidates)
         if coarse is None:
             break

@@ -30,10 +30,10 @@ from gradedesign.mechanics.solver.linear_solver import LinearAnswer, LinearSolve
 log = logging.getLogger(__name__)
 
 #: Rounding may leave the true residual this much above the tolerance; more is no convergence.
-STALLED = 10.0
+_STALLED = 10.0
 #: Factor on the tolerance, and how often it is applied, where equilibrium needs a smaller residual.
 #: Chosen, not measured.
-TIGHTER, TIGHTENINGS = 1e-2, 2
+_TIGHTER, _TIGHTENINGS = 1e-2, 2
 #: Peak bytes per unknown by order, from benchmarks/bench_fe.py, with the mesh; plus a base.
 BYTES_PER_UNKNOWN = {1: 2800, 2: 1750}
 #: The base: what a process takes however small its mesh is, from the same runs.
@@ -71,8 +71,6 @@ def solve_cases(
 
     Parameters
     ----------
-    system : ElasticSystem
-    cases : sequence of LoadVector
     rtol : float
         Residual at which a solver may stop, over the right-hand side; tightened by itself where
         balance needs it.
@@ -168,7 +166,7 @@ def _solve_group(
     if solver.other is None:
         _require_sound(solutions)
         return solutions
-    poor = [k for k, s in enumerate(solutions) if s.residual > STALLED * rtol or defects(s)]
+    poor = [k for k, s in enumerate(solutions) if s.residual > _STALLED * rtol or defects(s)]
     if poor:
         replaced = _solve_by_other(
             system, solver.other, key, [cases[k] for k in poor], right[poor],
@@ -202,8 +200,8 @@ def _iterated(
     done = np.zeros(len(cases), dtype=np.int64)
     solved: dict[int, Solution] = {}
     open_cases = list(range(len(cases)))
-    for tightening in range(1 + TIGHTENINGS):
-        goal = rtol * TIGHTER**tightening
+    for tightening in range(1 + _TIGHTENINGS):
+        goal = rtol * _TIGHTER**tightening
         names = dict.fromkeys(cases[k].name for k in open_cases)
         with stepping(f"solving {', '.join(names)}"):
             answer = system.prepared[solver.name, key](right[open_cases], x[open_cases], goal)
@@ -217,7 +215,7 @@ def _iterated(
                 iterations=int(done[k]), method=answer.method or solver.name,
             )  # fmt: skip
         open_cases = [
-            k for k in open_cases if solved[k].residual <= STALLED * goal and defects(solved[k])
+            k for k in open_cases if solved[k].residual <= _STALLED * goal and defects(solved[k])
         ]
         if not open_cases or answer.iterations is None:
             break

@@ -27,7 +27,7 @@ from gradedesign.mechanics.solver.rigid_modes import free_modes
 
 #: Stiffness of the springs of a weak support, over the P-wave modulus and per edge of an element. A
 #: short cantilever on such springs is 0.14 to 0.18 % too soft.
-SPRING = 400.0
+_SPRING = 400.0
 #: A triangle this close to a grid plane, over the edge, lies on it. Chosen, not measured.
 ON_PLANE = 1e-6
 #: Share of an element's face from which a region covers it. Chosen, not measured.
@@ -43,7 +43,6 @@ class Held:
     fixed : (N, 3) bool array
     value : (N, 3) array or None, mm
         Prescribed displacement; 0 where nothing is. None where all is 0.
-    springs : Springs or None
     spring_force : (N, 3) array or None, N
         Of springs whose far ends move as prescribed. None where none does.
     """
@@ -71,18 +70,11 @@ def held_by(
 
     Parameters
     ----------
-    elements : Elements
-    space : BrickSpace
-    case : LoadCaseSpecification
     regions : mapping of name to Region
     places : mapping of name to SurfacePoints
         Where the solid reaches the regions.
     modulus : float, MPa
         P-wave modulus of the solid.
-
-    Returns
-    -------
-    Held
 
     Raises
     ------
@@ -98,7 +90,7 @@ def held_by(
     force = np.zeros((count, 3))
     seen: list[tuple[FloatArray, tuple[bool, ...]]] = []
     for fix in case.fix:
-        strong = _held_alone(space, covered_faces(elements, regions[fix.region]))
+        strong = _held_alone(space, _covered_faces(elements, regions[fix.region]))
         nodes = _face_nodes(space, strong)
         for c, prescribed in enumerate(fix.displacement):
             if prescribed is not None:
@@ -121,7 +113,7 @@ def held_by(
     )
 
 
-def covered_faces(elements: Elements, region: Region) -> IntArray:
+def _covered_faces(elements: Elements, region: Region) -> IntArray:
     """Faces of elements that a region covers, as 6 element + 2 axis + side."""
     grid = elements.grid
     triangles = split_by_grid(region.corners, grid.lower, grid.edges)
@@ -218,7 +210,7 @@ def _add_springs(
     """Add the springs of one support to the matrices of elements."""
     if not weak.any():
         return
-    stiffest = SPRING * modulus / float(elements.grid.edges.max())
+    stiffest = _SPRING * modulus / float(elements.grid.edges.max())
     held = [c for c, prescribed in enumerate(fix.displacement) if prescribed is not None]
     index = np.flatnonzero(weak)
     index = index[np.argsort(at.element[index], kind="stable")]

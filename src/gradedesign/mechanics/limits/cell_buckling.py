@@ -109,7 +109,7 @@ class BucklingLimit(Limit):
         return {"buckling_factor": float(f"{1.0 / self.allowed:.12g}")}
 
 
-def required_factor(limits: LimitsSpec) -> float | None:
+def _required_factor(limits: LimitsSpec) -> float | None:
     """Required critical over acting stress: beside a stress limit, or where it is stated."""
     if limits.buckling == "off":
         return None
@@ -121,7 +121,7 @@ def required_factor(limits: LimitsSpec) -> float | None:
 
 
 def _make(limits: LimitsSpec, placed: PlacedModel) -> tuple[Sequence[Limit], Sequence[str]]:
-    required = required_factor(limits)
+    required = _required_factor(limits)
     if required is None:
         return (), ()
     unknown = [law for law in placed.law.laws if law.buckling is None]
@@ -146,7 +146,7 @@ def unknown_warning(law: ScalingLaw) -> str:
 def _stated(
     limits: LimitsSpec, _load_cases: Sequence[LoadCaseSpec], _material: Material
 ) -> Sequence[StatedLimit]:
-    required = required_factor(limits)
+    required = _required_factor(limits)
     if required is None:
         return ()
     allowed = f"{1.0 / required:.4g} {BucklingLimit.unit}"

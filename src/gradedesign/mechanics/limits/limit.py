@@ -238,7 +238,7 @@ def stated_goals(limits: Iterable[StatedLimit]) -> int:
     return sum(limit.by_gradient and bool(limit.region) for limit in limits)
 
 
-def no_refusal(
+def _no_refusal(
     limits: LimitsSpec,
     load_cases: Sequence[LoadCaseSpec],
     regions: Mapping[str, Region],
@@ -273,5 +273,5 @@ class LimitKind:
     stated: Callable[[LimitsSpec, Sequence[LoadCaseSpec], Material], Sequence[StatedLimit]]
     entry: type[LimitEntry] | None = None
     require: Callable[[LimitsSpec, Sequence[LoadCaseSpec], Mapping[str, Region], Where], None] = (
-        no_refusal
+        _no_refusal
     )

@@ -27,7 +27,7 @@ from gradedesign.mechanics.material.scaling_law import ScalingLaw
 
 #: A radius that leaves out more of the lattice's volume than this gives a warning. Chosen, not
 #: measured.
-MOST_LEFT_OUT = 0.25
+_MOST_LEFT_OUT = 0.25
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -195,8 +195,8 @@ def percentile_warnings(law: ScalingLaw, percentile: float) -> tuple[str, ...]:
 
 
 def share_warnings(share: float, radius: float) -> tuple[str, ...]:
-    """Warn where the exclusion radius, mm, leaves out more than `MOST_LEFT_OUT` of the lattice."""
-    if share <= MOST_LEFT_OUT:
+    """Warn where the exclusion radius, mm, leaves out more than `_MOST_LEFT_OUT` of the lattice."""
+    if share <= _MOST_LEFT_OUT:
         return ()
     return (
         f"the exclusion radius of {radius:.4g} mm around supports leaves {share:.0%} of the "

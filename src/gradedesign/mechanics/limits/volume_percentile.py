@@ -60,8 +60,8 @@ def volume_percentile(
         Effective.
     volumes : (M,) array, mm^3
         Of lattice that is judged.
-    law : LawField
     percentile : float
+        Of the volume, per cent.
     """
     used = np.flatnonzero((volumes > 0) & (local > 0))
     by_local, by_density = np.zeros(local.shape), np.zeros(local.shape)

@@ -101,7 +101,7 @@ def in_lattice(model: HomogenisedModel, C: FloatArray) -> FloatArray:
     return np.asarray(moments * (room / UNIFORM[:, None]))
 
 
-def correction_factor(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+def _correction_factor(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     """Correction of the lattice's stiffness by explicit analyses, ``(M,)``."""
     grown = (rho / model.reference_density) ** model.stiffness_exponent
     return np.asarray(model.stiffness_factor * grown)
@@ -109,7 +109,7 @@ def correction_factor(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
 
 def _scale(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     """Factor on the law's relative stiffness, ``(M,)``, MPa."""
-    return model.material.youngs_modulus * correction_factor(model, rho)
+    return model.material.youngs_modulus * _correction_factor(model, rho)
 
 
 def _relative_slope(model: HomogenisedModel, rho: FloatArray) -> FloatArray:

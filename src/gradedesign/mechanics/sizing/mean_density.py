@@ -23,8 +23,8 @@ log = logging.getLogger(__name__)
 
 #: Utilisation falls about as this power of density; only the first steps of the search rest on it.
 #: Chosen, not measured.
-EXPONENT = 1.5
-#: A step beyond the density that `EXPONENT` predicts, so that it lands on the other side.
+_EXPONENT = 1.5
+#: A step beyond the density that `_EXPONENT` predicts, so that it lands on the other side.
 BEYOND = 1.03
 #: Relative width of the density interval at which the search ends where a utilisation jumps.
 #: Chosen, not measured.
@@ -149,7 +149,7 @@ def _kept(end: _End) -> _End:
 
 def _beyond(low: _End, hi: float) -> float:
     """Density a little above the one of a power law, at most the upper bound."""
-    return float(min(low.density * np.exp(low.value / EXPONENT) * BEYOND, hi))
+    return float(min(low.density * np.exp(low.value / _EXPONENT) * BEYOND, hi))
 
 
 def _between(low: _End, high: _End, aim: float) -> float:

@@ -42,15 +42,15 @@ log = logging.getLogger(__name__)
 INSISTENCE = 3
 #: Designs before, from whose displacements the next solves start. They save a third of the
 #: applications of multigrid in `bracket` (612 instead of 916).
-RECENT = 2
+_RECENT = 2
 #: Iterations over which mass and utilisations stand still where a design has settled. Chosen, not
 #: measured.
-STILL = 4
+_STILL = 4
 #: A most used limit that stands below the aim by more than this share is worth more iterations.
 #: Chosen, not measured.
-SPARE = 0.005
+_SPARE = 0.005
 #: Changes below this share of the tolerance are none. Chosen, not measured.
-UNMOVED = 0.05
+_UNMOVED = 0.05
 
 __all__ = ["SizingProblem", "SizingResult", "SizingStep", "size"]
 
@@ -81,11 +81,6 @@ def size(
         Largest change of the logarithm of a variable per iteration.
     keep : float
         Share of its start that every variable keeps at least.
-    on_step : callable, optional
-
-    Returns
-    -------
-    SizingResult
 
     Notes
     -----
@@ -100,14 +95,14 @@ def size(
             tolerance=tolerance, on_step=on_step,
         )  # fmt: skip
     lo, hi = problem.bounds
-    active = moving_variables(problem)
+    active = _moving_variables(problem)
     x = np.full(active.shape, np.sqrt(lo * hi)) if start is None else start
     x = np.where(active, np.clip(x, lo, hi), lo)
     least, ends = np.maximum(keep * x, lo), (np.full(x.shape, lo), np.full(x.shape, hi))
     asymptotes = first_asymptotes(x, *ends)
     history: list[SizingStep] = []
     memories: list[tuple[int, ...]] = [()] * len(problem.limits)
-    recent: deque[tuple[FloatArray, ...]] = deque(maxlen=RECENT)
+    recent: deque[tuple[FloatArray, ...]] = deque(maxlen=_RECENT)
     change = 1.0
     for iteration in range(INSISTENCE * max_iterations):
         rho = element_densities(problem, x)
@@ -117,9 +112,9 @@ def size(
         history.append(sizing_step(problem, rho, iteration, analysed.utilisations, change))
         if on_step is not None:
             on_step(history[-1])
-        holds = history[-1].utilisation <= near_enough(problem, tolerance)
-        ended = stands_still(history, tolerance, holds=holds)
-        spare = history[-1].utilisation < (1 - SPARE) * problem.target
+        holds = history[-1].utilisation <= _near_enough(problem, tolerance)
+        ended = _stands_still(history, tolerance, holds=holds)
+        spare = history[-1].utilisation < (1 - _SPARE) * problem.target
         if ended or (iteration + 1 >= max_iterations and holds and not spare):
             return sizing_result(problem, x, history, converged=ended)
         report_step(f"new densities of iteration {iteration + 1}")
@@ -132,29 +127,29 @@ def size(
     return sizing_result(problem, x, history, converged=False)
 
 
-def moving_variables(problem: SizingProblem) -> BoolArray:
+def _moving_variables(problem: SizingProblem) -> BoolArray:
     """Design variables that move any lattice, ``(n,)``."""
     weights = problem.model.lattice_volumes * density_slope(problem)
     return np.asarray(collected(problem.filter, weights) > 0)
 
 
-def near_enough(problem: SizingProblem, tolerance: float) -> float:
+def _near_enough(problem: SizingProblem, tolerance: float) -> float:
     """Largest utilisation of a stationary design that is accepted: near the aim, within limits."""
     near = problem.target * (1 + tolerance)
     return near if problem.target >= 1.0 else min(near, 1.0)
 
 
-def stands_still(history: Sequence[SizingStep], tolerance: float, *, holds: bool) -> bool:
+def _stands_still(history: Sequence[SizingStep], tolerance: float, *, holds: bool) -> bool:
     """Mass and utilisations have settled where the limits hold, or nothing moves at all."""
-    last = history[-STILL:]
-    if len(history) <= STILL:
+    last = history[-_STILL:]
+    if len(history) <= _STILL:
         return False
     mass = np.array([step.mass_g for step in last])
     used = np.array([step.utilisations for step in last])
     settled = bool(
         np.ptp(mass) <= tolerance * mass[-1] and np.ptp(used, axis=0).max(initial=0.0) <= tolerance
     )
-    return (holds and settled) or all(step.change < UNMOVED * tolerance for step in last)
+    return (holds and settled) or all(step.change < _UNMOVED * tolerance for step in last)
 
 
 def _next_variables(

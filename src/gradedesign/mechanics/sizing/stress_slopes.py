@@ -36,9 +36,7 @@ def through_local_stress(
 
     Parameters
     ----------
-    model : HomogenisedModel
     rho : (M,) array
-    case : PartLoadCase
     displacement : (3, N) array, mm
     stress : LatticeStress
         Of that load case.

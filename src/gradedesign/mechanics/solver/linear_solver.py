@@ -98,7 +98,6 @@ class LinearSolver:
     other : LinearSolver, optional
         Solves the load cases in which this solver does not reach the residual, and systems with
         fewer free unknowns than `least_unknowns`.
-    least_unknowns : int
     """
 
     name: str

@@ -18,7 +18,6 @@ class NamedCell:
 
     Attributes
     ----------
-    family : CellFamily
     parameters : mapping of str to float
         Empty for an installed cell, which has its defaults.
     """

@@ -63,7 +63,7 @@ def run(
             on_event=progress,
         )
     if as_json:
-        print_result_json(result)
+        _print_result_json(result)
     elif case.lattice.stated:
         _print_stated(result)
     else:
@@ -82,7 +82,7 @@ def holds_only_a_failure(folder: Path) -> bool:
     return '"status": "failed"' in result.read_text(encoding="utf-8")
 
 
-def print_result_json(result: RunResult) -> None:
+def _print_result_json(result: RunResult) -> None:
     """Print what result.json holds."""
     print_json(as_json(result))
 

@@ -35,9 +35,6 @@ def recording_failure(
 
     Parameters
     ----------
-    out : RunFolder
-    case : Case
-    registry : Registry
     timing : callable
         Seconds of each stage so far.
     finished : sequence of DesignIteration

@@ -14,7 +14,7 @@ from gradedesign.program.store.run_folder import RunFolder
 log = logging.getLogger(__name__)
 
 #: What ends a run for good; a budget does where there is no more of it now.
-FOR_GOOD = ("tight", "enclosed", "stuck", "saturated", "solid", "stop_after")
+_FOR_GOOD = ("tight", "enclosed", "stuck", "saturated", "solid", "stop_after")
 
 
 def finished_result(out: RunFolder, budget: RunSpec) -> RunResult | None:
@@ -30,14 +30,14 @@ def finished_result(out: RunFolder, budget: RunSpec) -> RunResult | None:
     except (KeyError, TypeError, ValueError) as cause:
         log.warning("the result in %s is of another layout (%r); going on", out.path, cause)
         return None
-    if stored.case_hash != out.case_hash or not is_final(stored, budget):
+    if stored.case_hash != out.case_hash or not _is_final(stored, budget):
         return None
     return replace(stored, folder=out.path)
 
 
-def is_final(stored: RunResult, budget: RunSpec) -> bool:
+def _is_final(stored: RunResult, budget: RunSpec) -> bool:
     """Whether a run within the budget would end where the stored one did."""
-    if stored.ended_by in FOR_GOOD:
+    if stored.ended_by in _FOR_GOOD:
         return True
     if stored.ended_by == "iterations":
         return budget.max_iterations <= len(stored.iterations)

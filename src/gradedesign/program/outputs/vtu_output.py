@@ -12,10 +12,10 @@ from gradedesign.geometry.formats.field_set import FieldSet
 from gradedesign.geometry.formats.vtu import write_vtu
 from gradedesign.program.outputs.output import FinishedRun, Output
 
-SERIES_NAME = "iterations.pvd"
+_SERIES_NAME = "iterations.pvd"
 
 
-def write_fields(run: FinishedRun) -> tuple[str, ...]:
+def _write_fields(run: FinishedRun) -> tuple[str, ...]:
     """Write every set of fields, and ``iterations.pvd``, whose times are the iterations."""
     lines = []
     for fields in run.fields():
@@ -28,7 +28,7 @@ def write_fields(run: FinishedRun) -> tuple[str, ...]:
             f'<DataSet timestep="{fields.number}" group="" part="0" file={quoteattr(name)}/>\n'
         )
     if lines:
-        run.write(SERIES_NAME, partial(_write_series, lines), key="iterations_pvd")
+        run.write(_SERIES_NAME, partial(_write_series, lines), key="iterations_pvd")
     return ()
 
 
@@ -50,4 +50,4 @@ def _write_series(lines: Sequence[str], path: Path) -> None:
     )
 
 
-VTU = Output(name="vtu", write=write_fields)
+VTU = Output(name="vtu", write=_write_fields)
