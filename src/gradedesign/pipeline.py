@@ -28,12 +28,12 @@ from gradedesign.design.loop.loop import Progress, run_loop
 from gradedesign.design.loop.loop_stages import Stages
 from gradedesign.design.loop.run_cost import RunCost
 from gradedesign.design.loop.stated_print import stated_print
+from gradedesign.design.resolve.design_model import DesignModel, prepare
 from gradedesign.design.resolve.lattice_files import STL_NAME
 from gradedesign.design.resolve.oriented import oriented
 from gradedesign.design.resolve.outer_triangles import outer_records
 from gradedesign.design.resolve.own_cell import with_own_cell
 from gradedesign.design.resolve.registry import Registry
-from gradedesign.design.resolve.setup import Setup, prepare
 from gradedesign.design.resolve.size_effects import with_size_effects
 from gradedesign.design.resolve.solid import solve_solid, with_solid
 from gradedesign.design.resolve.stated_lattice import stated_lattice, stated_part
@@ -64,6 +64,7 @@ from gradedesign.program.outputs.stated_files import write_stated
 from gradedesign.program.store.run_folder import RunFolder
 from gradedesign.program.store.stages import (
     default_folder,
+    design_key,
     load_acceptance,
     load_iterations,
     open_stages,
@@ -161,86 +162,88 @@ def run_stages(case: Case, registry: Registry, out: RunFolder, announce: Announc
     """Run the stages in order and write the result."""
     cost = RunCost(budget=case.run)
     with announce.stage("part"):
-        setup = prepare(case, registry, announce.listener)
-    announce.part(setup)
+        model = prepare(case, registry, announce.listener)
+    announce.part(model)
     with announce.stage("solid"):
-        setup = with_solid(setup, solve_solid(setup.problem))
-        rows = setup.solid
-    announce.limits("solid", rows)
-    announce.warnings((*setup.solid_yields, *unsure_words(rows)))
-    if any_broken(rows):
-        result = infeasible_result(setup, registry, rows)
-        return write_outputs(out, setup, registry, result, announce, Computed())
+        model = with_solid(model, solve_solid(model.homogenised))
+    announce.limits("solid", model.solid)
+    announce.warnings((*model.solid_yields, *unsure_words(model.solid)))
+    if any_broken(model.solid):
+        result = infeasible_result(model, registry)
+        return write_outputs(out, model, registry, result, announce, Computed())
     if case.run.stop_after == "solid":
-        result = partial_result(setup, registry, rows, "solid")
-        return write_outputs(out, setup, registry, result, announce, Computed())
-    setup = with_size_effects(oriented(setup, setup.solutions), announce.listener)
+        result = partial_result(model, registry, "solid")
+        return write_outputs(out, model, registry, result, announce, Computed())
+    model = with_size_effects(oriented(model), announce.listener)
     if case.run.stop_after in ("sizing", "lattice"):
-        return stop_early(setup, registry, out, announce)
-    cost.predict(setup, rows, announce)
-    return loop(setup, registry, out, announce, cost)
+        return stop_early(model, registry, out, announce)
+    cost.predict(model, announce)
+    return loop(model, registry, out, announce, cost)
 
 
-def stop_early(setup: Setup, registry: Registry, out: RunFolder, announce: Announcer) -> RunResult:
+def stop_early(
+    model: DesignModel, registry: Registry, out: RunFolder, announce: Announcer
+) -> RunResult:
     """Size once, and stop there or after building the lattice."""
+    case = model.plan.case
     with announce.stage("sizing"):
         sized = size_design(
-            setup,
+            model,
             Correction(),
             {},
-            design_filter(setup),
+            design_filter(model),
             SizingPlan(target=FULL_UTILISATION, most_iterations=60),
             announce.sizing_step,
         )
-    setup = with_cells(setup, sized.rho)
-    result = partial_result(setup, registry, (), setup.problem.case.run.stop_after, sized=sized)
+    model = with_cells(model, sized.rho)
+    result = partial_result(model, registry, case.run.stop_after, sized=sized)
     computed = Computed(rho=sized.rho)
-    return write_outputs(out, setup, registry, result, announce, computed)
+    return write_outputs(out, model, registry, result, announce, computed)
 
 
 def loop(
-    setup: Setup, registry: Registry, out: RunFolder, announce: Announcer, cost: RunCost
+    model: DesignModel, registry: Registry, out: RunFolder, announce: Announcer, cost: RunCost
 ) -> RunResult:
     """Run the loop on a prepared part, from where an earlier run stopped, and write the verdict."""
-    iterations = load_iterations(out, setup)
+    plan, key = model.plan, design_key(model)
+    iterations = load_iterations(out, key)
     for iteration in iterations:
         announce.iteration(iteration, resumed=True)
-    refused, factors, last = load_acceptance(out, setup, len(iterations))
+    refused, factors, last = load_acceptance(out, key, len(iterations))
     outcome = run_loop(
-        loop_stages(setup, out, announce, cost, iterations),
+        loop_stages(model, out, announce, cost, iterations),
         Progress(iterations=iterations, refused=refused, factors=factors, last=last),
     )
-    shown = shown_design(setup, out, announce, outcome.iterations, outcome.accepted)
-    announce.printed(shown.printed, setup.problem.material)
+    shown = shown_design(model, out, announce, outcome.iterations, outcome.accepted)
+    announce.printed(shown.printed, plan.material)
     result = verdict_result(
-        setup, registry, outcome.iterations, outcome.accepted, outcome.ended, shown
+        model, registry, outcome.iterations, outcome.accepted, outcome.ended, shown
     )
-    problem = setup.problem
-    result = with_print_limits(result, problem.case.print, shown.printability, problem.material)
+    result = with_print_limits(result, plan.case.print, shown.printability, plan.material)
     result = replace(result, predicted=cost.data())
     computed = Computed(shown=shown, iterations=outcome.iterations)
-    return write_outputs(out, setup, registry, result, announce, computed)
+    return write_outputs(out, model, registry, result, announce, computed)
 
 
 def loop_stages(
-    setup: Setup,
+    model: DesignModel,
     out: RunFolder,
     announce: Announcer,
     cost: RunCost,
     iterations: tuple[DesignIteration, ...],
 ) -> Stages:
     """Stages of the loop for a prepared part; ``iterations`` were finished by an earlier run."""
-    deadline = cost.deadline(iterations)
-    matrix = cache(lambda: design_filter(setup))
-    limited = limits_stress(setup.problem.limits)
+    deadline, key, case = cost.deadline(iterations), design_key(model), model.plan.case
+    matrix = cache(lambda: design_filter(model))
+    limited = limits_stress(model.limits)
 
     def iterate(
         previous: tuple[DesignIteration, ...], factors: Factors
     ) -> tuple[DesignIteration, Analysed]:
-        number, most = len(previous) + 1, setup.problem.case.run.max_iterations
+        number, most = len(previous) + 1, case.run.max_iterations
         with announce.stage("iteration", f"{number} of {most} at most"):
             iteration, analysed = run_iteration(
-                setup,
+                model,
                 previous,
                 factors,
                 matrix(),
@@ -252,35 +255,35 @@ def loop_stages(
 
     def accept(iteration: DesignIteration, analysed: Analysed | None) -> Accepted:
         cost.begin_acceptance(iteration, deadline, announce)
-        return cost.timed(lambda: judge(setup, out, announce, iteration, analysed))
+        return cost.timed(lambda: judge(model, out, announce, iteration, analysed))
 
     def store_iteration(finished: tuple[DesignIteration, ...]) -> None:
-        save_iteration(out, setup, finished[-1])
+        save_iteration(out, key, finished[-1])
         announce.iteration(finished[-1])
         cost.learn(finished, announce)
 
     return Stages(
         iterate=iterate,
         accept=accept,
-        judge_stress=lambda accepted: judge_postponed(setup, announce, accepted),
+        judge_stress=lambda accepted: judge_postponed(model, announce, accepted),
         why_ended=lambda finished, factors: why_ended(
-            setup, finished, factors, deadline, cost.reserved(finished)
+            model, finished, factors, deadline, cost.reserved(finished)
         ),
         store_iteration=store_iteration,
-        store_acceptance=lambda *judged: save_acceptance(out, setup, *judged),
+        store_acceptance=lambda *judged: save_acceptance(out, key, *judged),
     )
 
 
-def judge_postponed(setup: Setup, announce: Announcer, accepted: Accepted) -> Accepted:
+def judge_postponed(model: DesignModel, announce: Announcer, accepted: Accepted) -> Accepted:
     """Have the submodels judge the last design, for which they were postponed."""
     with announce.stage("acceptance"):
-        accepted = judge_stress(setup, accepted, announce)
+        accepted = judge_stress(model.limits, model.plan.case.run, accepted, announce)
     announce.limits("acceptance", accepted.rows)
     return accepted
 
 
 def shown_design(
-    setup: Setup,
+    model: DesignModel,
     out: RunFolder,
     announce: Announcer,
     iterations: Sequence[DesignIteration],
@@ -296,7 +299,7 @@ def shown_design(
     if accepted is not None:
         if out.artefacts()[STL_NAME].sha256 != accepted.sha256:
             # A later design was written there and refused, or is heavier.
-            case, part = setup.problem.case, setup.problem.part.surface
+            case, part = model.plan.case, model.plan.part.surface
             outer = outer_records(case.print, case.part.file, part)
             write_printed(out, accepted.surface, outer)
         out.read_bytes(STL_NAME)
@@ -305,16 +308,18 @@ def shown_design(
     else:
         design, remeshed = best_iteration(iterations), None
         with announce.stage("explicit"):
-            analysed = analyse_design(setup, design.rho, on_event=announce.listener)
-            surface, _, _ = export_surface(setup, partial(written_back, out), analysed)
-            rows = best_rows(setup.problem, design, analysed, announce.listener)
+            analysed = analyse_design(model, design.rho, on_event=announce.listener)
+            surface, _, _ = export_surface(model.plan, partial(written_back, out), analysed)
+            rows = best_rows(
+                model.limits, model.plan.tools.analysis, design, analysed, announce.listener
+            )
         announce.limits("explicit", rows)
     with announce.stage("printed"):
-        return shown_of(setup.problem, design.rho, analysed, surface, rows, remeshed)
+        return shown_of(model.plan, design.rho, analysed, surface, rows, remeshed)
 
 
 def judge(
-    setup: Setup,
+    model: DesignModel,
     out: RunFolder,
     announce: Announcer,
     iteration: DesignIteration,
@@ -323,9 +328,9 @@ def judge(
     """Export the surface of an iteration's design and have it accepted or refused."""
     if analysed is None:
         with announce.stage("explicit"):
-            analysed = analyse_design(setup, iteration.rho, on_event=announce.listener)
+            analysed = analyse_design(model, iteration.rho, on_event=announce.listener)
     with announce.stage("acceptance"):
-        accepted = accept_design(setup, partial(written_back, out), iteration, analysed, announce)
+        accepted = accept_design(model, partial(written_back, out), iteration, analysed, announce)
     announce.limits("acceptance", accepted.rows)
     if accepted.unjudged:
         announce.say("acceptance", f"not accepted, {accepted.unjudged}")

@@ -7,10 +7,9 @@ import pytest
 from small_parts import SHORT_BAR
 
 from gradedesign.design.case.read_case import load_case
-from gradedesign.design.resolve.setup import prepare
+from gradedesign.design.resolve.design_model import prepare
 from gradedesign.geometry.formats.write_stl import surface_of_stl, write_stl
 from gradedesign.geometry.part.box import box_surface
-from gradedesign.geometry.tets.tet_mesh import signed_volumes
 from gradedesign.geometry.triangles.surface_mesh import enclosed_volume, open_edge_count
 from gradedesign.program.host.registry import build_registry
 
@@ -80,10 +79,9 @@ def test_skins_and_joints_are_sized_analysed_and_accepted(tmp_path, cli):
     assert printed["volumes_mm3"]["skin"] == pytest.approx((x - 3) * y * 3.0, rel=0.01)
     assert printed["joints_mm3"] > 0
     # Sizing knows skins and joints: its mass is that of the file.
-    problem = prepare(case, build_registry()).problem
-    volumes = signed_volumes(problem.space.mesh)
-    solid, rho = problem.solid_fraction, result["iterations"][-1]["mean_density"]
-    predicted = float(volumes @ (solid + (1 - solid) * rho)) * problem.material.density * 1e6
+    part = prepare(case, build_registry()).homogenised
+    solid, rho = part.solid_fraction, result["iterations"][-1]["mean_density"]
+    predicted = float(part.volumes @ (solid + (1 - solid) * rho)) * part.material.density * 1e6
     assert predicted == pytest.approx(result["mass_g"], rel=0.02)
 
 
@@ -112,8 +110,7 @@ def test_kept_triangles_and_filled_rooms_are_sized_analysed_and_accepted(tmp_pat
     assert volumes["passive solid"] == pytest.approx(passive, rel=0.01)
     assert volumes["skin"] == pytest.approx(edges.prod() - passive - room, rel=0.01)
     # Sizing counts the same masses.
-    problem = prepare(load_case(tmp_path), build_registry()).problem
-    elements = signed_volumes(problem.space.mesh)
-    solid, rho = problem.solid_fraction, result["iterations"][-1]["mean_density"]
-    predicted = float(elements @ (solid + (1 - solid) * rho)) * problem.material.density * 1e6
+    part = prepare(load_case(tmp_path), build_registry()).homogenised
+    solid, rho = part.solid_fraction, result["iterations"][-1]["mean_density"]
+    predicted = float(part.volumes @ (solid + (1 - solid) * rho)) * part.material.density * 1e6
     assert predicted == pytest.approx(result["mass_g"], rel=0.02)

@@ -26,7 +26,7 @@ from skfem.models.elasticity import lame_parameters
 
 from gradedesign.design.case.read_case import load_case
 from gradedesign.design.loop.iteration_steps import SizingPlan, design_filter, size_design
-from gradedesign.design.resolve.setup import prepare
+from gradedesign.design.resolve.design_model import prepare
 from gradedesign.geometry.lattice.density_grid import density_grid_from_elements
 from gradedesign.mechanics.explicit.correction import Correction
 from gradedesign.mechanics.solver.direct import solve_direct
@@ -88,7 +88,9 @@ def own():
     sized = size_design(
         setup, one, {}, design_filter(setup), SizingPlan(target=0.998, most_iterations=60)
     )
-    grid = density_grid_from_elements(setup.problem.space.mesh, sized.rho, spacing=12.5, margin=0.0)
+    grid = density_grid_from_elements(
+        setup.homogenised.space.mesh, sized.rho, spacing=12.5, margin=0.0
+    )
     return grid.values
 
 

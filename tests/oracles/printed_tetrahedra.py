@@ -10,7 +10,7 @@ import numpy as np
 import skfem
 
 from gradedesign.design.loop.analysed import printed_solid
-from gradedesign.design.resolve.setup import prepare
+from gradedesign.design.resolve.design_model import prepare
 from gradedesign.geometry.formats.write_stl import surface_of_stl
 from gradedesign.geometry.tets.meshed_surface import tetrahedralize
 from gradedesign.geometry.tets.mesher import PYTETWILD
@@ -59,14 +59,14 @@ def values_on_tetrahedra(case, stl, edge, time_limit_s=3600.0):
     dict of LimitKey to Banded
         Its low end is the value of the smaller tetrahedra where these are softer.
     """
-    problem = prepare(case, build_registry()).problem
-    solid = printed_solid(problem, None)
+    model = prepare(case, build_registry())
+    solid = printed_solid(model, None)
     surface = within_chord(surface_of_stl(Path(stl).read_bytes(), "file"), 0.5 * ENVELOPE)
     mesh = tetrahedralize(
         surface, edge_length=edge, epsilon=ENVELOPE, time_limit_s=time_limit_s,
         memory_limit_bytes=MOST_BYTES, mesher=PYTETWILD,
     ).mesh  # fmt: skip
-    limits = [limit for limit in problem.limits if limit.converges]
+    limits = [limit for limit in model.limits if limit.converges]
     found = []
     for size, tets in ((edge, mesh), (0.5 * edge, halved(mesh))):
         division = Discretisation(

@@ -8,7 +8,7 @@ import pytest
 from small_parts import box_part, held_bar
 
 from gradedesign import PluginError, SolverError, load_case, run
-from gradedesign.design.resolve.linear_solver import linear_solver
+from gradedesign.design.resolve.tools import linear_solver
 from gradedesign.geometry.part.part_mesh import box_part_mesh
 from gradedesign.mechanics.fe.solution import LoadVector
 from gradedesign.mechanics.fe.solve import solve_elastic

@@ -16,11 +16,11 @@ from gradedesign.design.acceptance.whole_resolution import (
 )
 from gradedesign.design.case.read_case import load_case
 from gradedesign.design.resolve.analysable import analysable_bounds, grid_spacing
+from gradedesign.design.resolve.design_model import prepare
 from gradedesign.design.resolve.fitting_part import part_of
 from gradedesign.design.resolve.least_density import Need, Needs
 from gradedesign.design.resolve.planned_solid import PlannedPart, planned_solid
 from gradedesign.design.resolve.registry import lookup
-from gradedesign.design.resolve.setup import prepare
 from gradedesign.errors import ResourceError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cell_surface import cell_surface

@@ -10,7 +10,7 @@ from small_parts import WALLS, box_part, finned_block, held_bar
 from gradedesign.design.case.read_case import load_case
 from gradedesign.design.resolve import part_tets as mesh_module
 from gradedesign.design.resolve import resolve_law as law_module
-from gradedesign.design.resolve.setup import prepare
+from gradedesign.design.resolve.design_model import prepare
 from gradedesign.errors import CaseError, ResourceError
 from gradedesign.geometry.formats.write_stl import write_stl
 from gradedesign.geometry.part.box import box_surface
@@ -167,9 +167,9 @@ def test_a_run_is_refused_before_what_takes_minutes(
 
 def test_a_check_computes_no_law_and_no_mesh(registry, nothing_heavy, tmp_path):
     found = checked(tmp_path, changed(('cell = "walls"', 'cell = "lawless"')), registry)
-    assert not found.resolved.law.tabulated
-    assert found.resolved.law.voxels == 48
-    assert found.run.law_s == 60.0 * found.resolved.law.minutes[1] > 0
+    assert not found.plan.law.tabulated
+    assert found.plan.law.voxels == 48
+    assert found.run.law_s == 60.0 * found.plan.law.minutes[1] > 0
     # Cubes between walls that fill 1 - (1 - w)^3 of them: at 0.2, w = 0.0717 of 6 mm.
     assert found.run.grid.wall == pytest.approx(6 * (1 - 0.8 ** (1 / 3)), rel=0.01)
 
@@ -183,9 +183,7 @@ def test_a_limit_beyond_yield_is_allowed_only_on_request(registry, tmp_path):
     )
     found = checked(tmp_path, beyond, registry)
     assert [w for w in found.warnings if "2000 MPa is above the yield strength of 825 MPa" in w]
-    assert [limit.allowed for limit in found.resolved.limits if limit.name == "stress"] == [
-        "2000 MPa"
-    ]
+    assert [limit.allowed for limit in found.plan.limits if limit.name == "stress"] == ["2000 MPa"]
 
 
 # The ends of the box are 144 mm^2 and the material yields at 100 MPa: 14.4 kN. Of a moment about z,
@@ -251,12 +249,12 @@ def test_loads_that_cancel_are_told(registry, tmp_path):
     old = '{region = "tip", force = ["0 N", "0 N", "-400 N"]}'
     pressed = pair.replace("{}", "900 N", 1).replace("{}", "-900 N")
     found = checked(tmp_path, changed((old, pressed)), registry)
-    assert found.resolved.balances[0].cancels
+    assert found.plan.balances[0].cancels
     assert any('"pull"' in w and "1800 N act" in w for w in found.warnings), found.warnings
-    assert any("cancel" in w for w in prepare(found.resolved.case, registry).warnings)
+    assert any("cancel" in w for w in prepare(found.plan.case, registry).warnings)
     # The same forces one way do not.
     both = pair.replace("{}", "900 N", 1).replace("{}", "900 N")
-    assert not checked(tmp_path, changed((old, both)), registry).resolved.balances[0].cancels
+    assert not checked(tmp_path, changed((old, both)), registry).plan.balances[0].cancels
 
 
 def test_resultants_are_those_of_the_solid_part_about_the_held_region(registry, tmp_path):
@@ -264,7 +262,7 @@ def test_resultants_are_those_of_the_solid_part_about_the_held_region(registry, 
         ('"-400 N"]}]', '"-400 N"]}, {region = "top", pressure = "2 MPa"}]\nacceleration = '
          '["0 m/s^2", "0 m/s^2", "-10 m/s^2"]')
     )  # fmt: skip
-    (one,) = checked(tmp_path, text, registry).resolved.balances
+    (one,) = checked(tmp_path, text, registry).plan.balances
     assert one.about == pytest.approx([0.0, 6.0, 6.0])
     # 400 N; 2 MPa on 24 x 12 mm^2; 5 g/cm^3 of 3456 mm^3 at 10 m/s^2.
     down = [400.0, 2 * 24 * 12, 5e-9 * 3456 * 1e4]
@@ -278,7 +276,7 @@ def test_a_remote_force_counts_at_its_point(registry, tmp_path):
     at = ', point = ["30 mm", "6 mm", "20 mm"]'
     text = changed(('"-400 N"]}]', '"-400 N"]' + at + "}]"))
     found = checked(tmp_path, text, registry)
-    (one,) = found.resolved.balances
+    (one,) = found.plan.balances
     assert one.force == pytest.approx([0.0, 0.0, -400.0])
     # 30 mm from the held face; the 20 mm above it turn nothing.
     assert one.moment == pytest.approx([0.0, 30 * 400.0, 0.0], abs=1e-9)
@@ -390,7 +388,7 @@ def test_only_stated_densities_are_told_to_be_narrowed(registry, tmp_path):
     ]
     silent = checked(tmp_path, changed(("density = [0.2, 0.5]\n", "")), registry)
     assert not [w for w in silent.warnings if "narrowed" in w]
-    assert silent.resolved.bounds == stated.resolved.bounds == (0.1, 0.9)
+    assert silent.plan.bounds == stated.plan.bounds == (0.1, 0.9)
 
 
 def test_budgets_that_are_exceeded_are_told(registry, tmp_path):

@@ -9,7 +9,7 @@ import pytest
 from gradedesign.design.loop import saturation
 from gradedesign.design.loop.ended import TIGHT_END, Ended, enclosed_end
 from gradedesign.design.loop.iteration_row import Iteration, LimitIteration
-from gradedesign.design.loop.saturation import density_gain, needy_at_bound, never_held, sentence
+from gradedesign.design.loop.saturation import density_gain, never_held, sentence
 from gradedesign.design.verdict import summary
 from gradedesign.design.verdict.result import RunResult, as_json, from_json
 from gradedesign.mechanics.limits.key import LimitKey
@@ -57,14 +57,15 @@ def verdict(monkeypatch):
         ),
     )
     setup = SimpleNamespace(
-        problem=SimpleNamespace(
+        plan=SimpleNamespace(
             material=SimpleNamespace(density=1.0),
             domain=SimpleNamespace(facts=dict),
-            case=SimpleNamespace(print=None, part=SimpleNamespace(file=None)),
+            case=SimpleNamespace(print=None, lattice=None, part=SimpleNamespace(file=None)),
             part=SimpleNamespace(surface=None),
         ),
         cells=SimpleNamespace(zoning=None),
-        model=None,
+        homogenised=SimpleNamespace(lattice_volumes=None),
+        limits=(),
     )
 
     def call(use, ended):
@@ -154,7 +155,7 @@ def test_the_first_order_overrates_what_a_bar_can_gain():
 
 def lattice(skin=(), window=0.8):
     return SimpleNamespace(
-        problem=SimpleNamespace(
+        plan=SimpleNamespace(
             case=SimpleNamespace(load_case=()),
             part=None,
             domain=SimpleNamespace(ties_faces=bool(skin)),
@@ -166,17 +167,29 @@ def lattice(skin=(), window=0.8):
             cell=SimpleNamespace(window=(0.1, 0.9)),
             law=SimpleNamespace(window=(0.1, window)),
         ),
-        model=SimpleNamespace(solid_fraction=np.array([0.0, 0.0, 1.0])),
+        homogenised=None,
     )
 
 
-def test_stress_is_out_of_reach_where_all_that_need_more_have_all():
-    asked = np.array([0.8, 0.3, 0.8])
-    assert needy_at_bound(asked, np.array([0.6, 0.4, 0.2]), lattice())
-    # The first could still rise; the third holds no lattice.
-    assert not needy_at_bound(asked, np.array([0.5, 0.4, 0.6]), lattice())
+def test_stress_is_out_of_reach_where_all_that_need_more_have_all(monkeypatch):
+    """Densities from 0.2 to 0.6; the third tetrahedron holds no lattice."""
+    key, tets = LimitKey(kind="stress"), np.array([0.0, 0.0, 1.0])
+
+    def gain(asked, rho):
+        limit = SimpleNamespace(
+            key=key, by_gradient=False, allowed=1.0, least_density=lambda _: np.array(asked)
+        )
+        state = SimpleNamespace(rho=np.array(rho), model=SimpleNamespace(solid_fraction=tets))
+        solved = SimpleNamespace(limits={key: limit}, state=state)
+        return saturation._gain(solved, key, {}, (np.full(3, 0.2), np.full(3, 0.6)))
+
+    monkeypatch.setattr(saturation, "tightened_limits", lambda limits, _: limits)
+    asked = [0.8, 0.3, 0.8]
+    assert gain(asked, [0.6, 0.4, 0.2]) == 0.0
+    # The first could still rise.
+    assert gain(asked, [0.5, 0.4, 0.6]) is None
     # Nobody asks for more.
-    assert not needy_at_bound(np.full(3, 0.1), np.full(3, 0.6), lattice())
+    assert gain([0.1] * 3, [0.6] * 3) is None
 
 
 def test_the_sentence_names_what_would_help():
@@ -213,8 +226,9 @@ def test_a_limit_that_an_earlier_design_held_is_within_reach():
 def test_no_sentence_is_made_of_a_limit_that_an_earlier_design_held(monkeypatch):
     monkeypatch.setattr(saturation, "_solved", lambda *_: None)
     monkeypatch.setattr(saturation, "_gain", lambda *_: 0.0)
+    monkeypatch.setattr(saturation, "element_bounds", lambda _: None)
     setup = lattice()
-    setup.problem.limits = (SimpleNamespace(key=row(1.0).key, scatter=1.0),)
+    setup.limits = (SimpleNamespace(key=row(1.0).key, scatter=1.0),)
     held, broken = (SimpleNamespace(rows=(row(value),)) for value in (0.5, 36.0))
     assert "cannot reach the limit" in saturation.saturated(setup, [broken], {})
     assert "cannot reach the limit" in saturation.saturated(setup, [broken, broken], {})

@@ -8,8 +8,8 @@ import pytest
 from small_parts import box_part, held_bar
 
 import gradedesign
-from gradedesign.design.resolve.explicit_analysis import explicit_analysis
-from gradedesign.design.resolve.resolved_case import resolve_case
+from gradedesign.design.resolve.plan import resolve_case
+from gradedesign.design.resolve.tools import explicit_analysis
 from gradedesign.errors import CaseError, PluginError
 from gradedesign.geometry.part.part_mesh import box_part_mesh
 from gradedesign.geometry.tets.tet_mesh import boundary_facets

@@ -136,9 +136,9 @@ def constant(monkeypatch):
         for kind in (*STIFF, *STRONG)
     ]
     setup = SimpleNamespace(
-        problem=SimpleNamespace(limits=limits, space=SimpleNamespace(element_count=10)),
+        limits=limits,
         cells=SimpleNamespace(law=LAW, bounds=(0.2, 0.7)),
-        model=SimpleNamespace(law=SimpleNamespace(laws=(LAW,))),
+        homogenised=SimpleNamespace(law=SimpleNamespace(laws=(LAW,)), volumes=np.ones(10)),
     )
     return lambda *args, **others: first_answer._constant(setup, row(*args, **others))
 

@@ -511,7 +511,7 @@ def ended(monkeypatch, iterations, *, left=1e6, most=6, saturated=None, acceptan
     """What ends the loop, with so many seconds left of 1200."""
     monkeypatch.setattr(ending, "saturated", lambda *_: saturated)
     case = SimpleNamespace(run=SimpleNamespace(max_iterations=most))
-    setup = SimpleNamespace(problem=SimpleNamespace(case=case))
+    setup = SimpleNamespace(plan=SimpleNamespace(case=case))
     deadline = Deadline(1200.0, start=time.monotonic() - (1200.0 - left))
     return ending.why_ended(setup, iterations, {}, deadline, acceptance)
 
@@ -630,10 +630,12 @@ class Judge:
             remeshed_size=1.0,
         )
         self.setup = SimpleNamespace(
-            problem=SimpleNamespace(
-                case=SimpleNamespace(run=SimpleNamespace(acceptance=asked, time=1200.0)),
-                limits=(a_stress_limit(),),
-            )
+            plan=SimpleNamespace(
+                case=SimpleNamespace(
+                    run=SimpleNamespace(acceptance=asked, time=1200.0, submodel_count=2)
+                )
+            ),
+            limits=(a_stress_limit(),),
         )
         replaced = {
             "export_surface": lambda *_: (None, None, "0"),
@@ -778,7 +780,9 @@ def test_submodels_wait_for_the_last_design_where_stress_is_far(
     assert len(judge.limits_s) == (not waits)
     if waits:
         assert (found.acceptance.scope, found.rows[2].value) == ("none", values[2])
-        found = accepting.judge_stress(judge.setup, found, Announcer(ignore))
+        found = accepting.judge_stress(
+            judge.setup.limits, judge.setup.plan.case.run, found, Announcer(ignore)
+        )
     # 1.2 times the stress of the finite cells, whenever they are asked.
     assert (found.postponed, found.acceptance.scope) == (False, "submodels")
     assert found.rows[2].value == pytest.approx(1.2 * values[2])
@@ -899,18 +903,18 @@ def test_sizing_leaves_the_room_that_each_load_case_asks_for(monkeypatch):
         for key in (PULL, SIDE)
     )
     setup = SimpleNamespace(
-        problem=SimpleNamespace(
+        plan=SimpleNamespace(
             case=SimpleNamespace(
                 lattice=SimpleNamespace(by_stress=False),
                 model_dump_json=lambda **_: "",
                 part=SimpleNamespace(element_size=1.0),
-            ),
-            limits=(*limits, a_stress_limit()),
+            )
         ),
+        limits=(*limits, a_stress_limit()),
         cells=SimpleNamespace(
             cell=SimpleNamespace(name="", parameters={}), bounds=(0.2, 0.6), zoning=None
         ),
-        model=None,
+        homogenised=None,
     )
     monkeypatch.setattr(iteration_steps, "corrected_model", lambda *_: None)
     monkeypatch.setattr(iteration_steps, "stored_sizing", lambda problem, _stated, **__: problem)

@@ -5,8 +5,8 @@ from small_parts import box_part, held_bar
 
 from gradedesign.design.case.read_case import load_case
 from gradedesign.design.loop.saturation import sentence
-from gradedesign.design.resolve.resolved_case import resolve_case
-from gradedesign.design.resolve.setup import prepare
+from gradedesign.design.resolve.design_model import prepare
+from gradedesign.design.resolve.plan import resolve_case
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.program.host.registry import build_registry

@@ -54,18 +54,15 @@ def exported(monkeypatch, out):
     """What `export_surface` returns for a box in the place of a lattice."""
     none = Islands(dropped=0, dropped_volume=0, dropped_share=0, pockets=0, pocket_volume=0)
     monkeypatch.setattr(exporting, "printed_surface", lambda *_, **__: (BOX, none, 1.0))
-    setup = SimpleNamespace(
-        problem=SimpleNamespace(
-            part=SimpleNamespace(surface=BOX),
-            domain=SimpleNamespace(bodies=1),
-            case=SimpleNamespace(
-                part=SimpleNamespace(file=None), print=None, run=SimpleNamespace(memory=8e9)
-            ),
-        )
+    plan = SimpleNamespace(
+        part=SimpleNamespace(surface=BOX),
+        case=SimpleNamespace(
+            part=SimpleNamespace(file=None), print=None, run=SimpleNamespace(memory=8e9)
+        ),
     )
     solved = SimpleNamespace(division=SimpleNamespace(surface_size=0.5))
     analysed = SimpleNamespace(design=None, result=SimpleNamespace(volume=8.0, solved=solved))
-    return lambda: exporting.export_surface(setup, partial(written_back, out), analysed)
+    return lambda: exporting.export_surface(plan, partial(written_back, out), analysed)
 
 
 def test_a_file_changed_between_writing_and_judging_is_an_error(monkeypatch, exported, out):
@@ -87,7 +84,7 @@ def shown(monkeypatch, out, accepted):
     monkeypatch.setattr(pipeline, "shown_of", lambda *given: given[3])
     case = SimpleNamespace(print=None, part=SimpleNamespace(file=None))
     part = SimpleNamespace(surface=BOX)
-    setup = SimpleNamespace(problem=SimpleNamespace(case=case, part=part))
+    setup = SimpleNamespace(plan=SimpleNamespace(case=case, part=part))
     return pipeline.shown_design(setup, out, Announcer(ignore), (), accepted)
 
 

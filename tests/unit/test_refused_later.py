@@ -9,8 +9,8 @@ from small_parts import WALLS, box_part, held_bar
 import gradedesign_layers
 from gradedesign.design.case.read_case import load_case
 from gradedesign.design.check.check_case import check_case
-from gradedesign.design.resolve.resolved_case import resolve_case
-from gradedesign.design.resolve.setup import prepare
+from gradedesign.design.resolve.design_model import prepare
+from gradedesign.design.resolve.plan import resolve_case
 from gradedesign.errors import CaseError, PluginError, ResourceError
 from gradedesign.geometry.formats.exporter import Exporter
 from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS
@@ -176,7 +176,7 @@ def test_lattices_that_beams_cannot_be(pair, words, tmp_path):
 
 def test_struts_in_cubes_pass(tmp_path):
     case = read(tmp_path, FORMATS.format("3mf-beams"), ('"walls"', '"bcc"'))
-    assert resolve_case(case, build_registry()).lattice_files
+    assert resolve_case(case, build_registry()).tools.files
 
 
 def test_generate_refuses_formats_before_it_makes_anything(cli, tmp_path):

@@ -10,8 +10,8 @@ from gradedesign.design.case.read_case import load_case
 from gradedesign.design.loop.graded_cells import with_cells
 from gradedesign.design.loop.iteration_steps import build_design, density_grid, explicit_spacing
 from gradedesign.design.resolve import resolve_law as law_module
+from gradedesign.design.resolve.design_model import prepare
 from gradedesign.design.resolve.oriented import oriented
-from gradedesign.design.resolve.setup import prepare
 from gradedesign.design.resolve.solid import solve_solid
 from gradedesign.design.resolve.wall_grading import wall_grading
 from gradedesign.errors import CaseError, DensityError, LatticeError
@@ -95,13 +95,15 @@ def prepared(folder, text, registry, case=CASE):
 
 def test_every_tetrahedron_has_the_axes_of_its_cells(tmp_path, registry):
     setup = prepared(tmp_path, ARCH, registry)
-    x, _, z = element_points(setup.problem.space) - np.reshape([12, 0, -30], (3, 1, 1))
+    x, _, z = element_points(setup.homogenised.space) - np.reshape([12, 0, -30], (3, 1, 1))
     radius = np.hypot(x, z)
     for k, q in ((0, 0), (17, 2), (40, 3)):
         radial = np.array([x[k, q], 0, z[k, q]]) / radius[k, q]
         across = np.cross([0, 1, 0], radial)
         axes = np.stack([radial, across, [0, 1, 0]], axis=1)
-        np.testing.assert_allclose(setup.model.rotation[:, :, q, k], bond_matrix(axes), atol=1e-12)
+        np.testing.assert_allclose(
+            setup.homogenised.rotation[:, :, q, k], bond_matrix(axes), atol=1e-12
+        )
     assert any("stretches cells" in w for w in setup.warnings)
     report = setup.cells.layout.report
     assert report["name"] == "cylindrical"
@@ -115,41 +117,41 @@ def test_walls_are_as_thin_as_their_own_cells(tmp_path, registry):
     least = setup.cells.layout.least
     assert least == pytest.approx(2 * np.pi * 30 / 38, rel=0.01)
     assert setup.cells.bounds[0] == pytest.approx(density_for_wall(calibrate(WALLS), 0.5, least))
-    x, _, z = centroids(setup.problem.space.mesh) - [[12], [0], [-30]]
+    x, _, z = centroids(setup.homogenised.space.mesh) - [[12], [0], [-30]]
     # Dense below and light above, where cells are wider: the thinnest wall is in between.
     rho = np.where(z < 36, 0.5, 0.25)
-    grid = density_grid(setup.problem, setup.cells, rho)
-    cube = explicit_spacing(setup.problem, setup.cells, grid)
+    grid = density_grid(setup, rho)
+    cube = explicit_spacing(setup, grid)
     widest = 2 * np.pi * np.hypot(x, z) / 38
     own = wall_mm(calibrate(WALLS), 0.25, np.minimum(widest, 6.0)[z > 36].min())
     narrowest = wall_mm(calibrate(WALLS), 0.25, least)
     wall = cube * setup.cells.elements_per_wall
     assert wall == pytest.approx(float(own), rel=0.06)
     assert wall > 1.04 * narrowest
-    design = build_design(setup.problem, setup.cells, grid)
+    design = build_design(setup.plan.domain, setup.cells, grid)
     assert design.cell_map is setup.cells.layout.cell_map
     assert neighbourhood_cells(design) is setup.cells.layout.cell_map
 
 
 def test_thick_walls_bear_larger_elements(tmp_path, registry):
     setup = prepared(tmp_path, 'size = "6 mm"\n', registry, LONG)
-    problem, cells = setup.problem, setup.cells
-    x = centroids(problem.space.mesh)[0]
-    grid = density_grid(problem, cells, np.where(x < 20, 0.2, 0.6))
-    spacing = explicit_spacing(problem, cells, grid)
-    grading = wall_grading(problem, cells, grid, spacing)
+    plan, x = setup.plan, centroids(setup.homogenised.space.mesh)[0]
+    grid = density_grid(setup, np.where(x < 20, 0.2, 0.6))
+    spacing = explicit_spacing(setup, grid)
+    grading = wall_grading(setup, grid, spacing)
     walls = wall_mm(calibrate(WALLS), np.array([0.2, 0.6]), 6.0)
     at = np.array([[4.0, 52.0], [10.0, 10.0], [10.0, 10.0]])
     np.testing.assert_allclose(grading(at), [1.0, walls[1] / walls[0]], rtol=1e-6)
     # In a thin skin elements stay small.
-    skin = Skin(thickness=1.5 * spacing * problem.analysis.elements_per_layer)
-    skinned = replace(problem, domain=replace(problem.domain, components=(skin,)))
+    skin = Skin(thickness=1.5 * spacing * plan.tools.analysis.elements_per_layer)
+    domain = replace(plan.domain, components=(skin,))
+    skinned = replace(setup, plan=replace(plan, domain=domain))
     near = np.array([[52.0, 52.0], [10.0, 10.0], [0.5 * skin.thickness, 10.0]])
-    found = wall_grading(skinned, cells, grid, spacing)(near)
+    found = wall_grading(skinned, grid, spacing)(near)
     np.testing.assert_allclose(found, [1.5, walls[1] / walls[0]], rtol=1e-6)
     # A third of the part is too little to pay.
-    grid = density_grid(problem, cells, np.where(x < 40, 0.2, 0.6))
-    assert wall_grading(problem, cells, grid, spacing) is None
+    grid = density_grid(setup, np.where(x < 40, 0.2, 0.6))
+    assert wall_grading(setup, grid, spacing) is None
 
 
 def test_a_straight_grid_has_one_rotation(tmp_path, registry):
@@ -158,7 +160,7 @@ def test_a_straight_grid_has_one_rotation(tmp_path, registry):
     )
     c = np.sqrt(0.5)
     axes = np.array([[c, -c, 0], [c, c, 0], [0, 0, 1]])
-    np.testing.assert_allclose(turned.model.rotation, bond_matrix(axes), atol=1e-12)
+    np.testing.assert_allclose(turned.homogenised.rotation, bond_matrix(axes), atol=1e-12)
     assert turned.cells.layout.least == turned.cells.layout.typical == 6.0
     assert not any("stretch" in w for w in turned.warnings)
 
@@ -172,7 +174,7 @@ def test_unequal_edges_get_a_law_of_their_own(tmp_path, registry, monkeypatch):
 
     monkeypatch.setattr(law_module, "computed_law", compute)
     setup = prepared(tmp_path, 'size = ["6 mm", "6 mm", "9 mm"]\n', registry)
-    assert asked == [("walls", setup.problem.material.poissons_ratio, 48, (6.0, 6.0, 9.0))]
+    assert asked == [("walls", setup.plan.material.poissons_ratio, 48, (6.0, 6.0, 9.0))]
     assert any("in proportion 1 : 1 : 1.5" in w for w in setup.warnings)
     assert setup.cells.layout.least == 6.0
     # The cell is what was asked for, so nothing is stretched.
@@ -190,7 +192,7 @@ def test_an_axis_in_the_lattice_is_refused_and_one_in_solid_is_not(tmp_path, reg
         prepared(tmp_path, HUB, registry)
     kept = HUB + '[[keep]]\nregion = "floor"\nmargin = "4 mm"\n'
     setup = prepared(tmp_path, kept, registry)
-    assert np.isfinite(setup.model.rotation).all()
+    assert np.isfinite(setup.homogenised.rotation).all()
     assert setup.cells.layout.report["folds"] == 0
 
 
@@ -236,7 +238,7 @@ def test_impossible_maps_of_a_run_are_refused(tmp_path, registry, text, words):
 
 def ramp(setup, low, high):
     """Density of every tetrahedron, from low at x = 10 to high at x = 50 mm."""
-    x = centroids(setup.problem.space.mesh)[0]
+    x = centroids(setup.homogenised.space.mesh)[0]
     s = np.clip((x - 10) / 40, 0, 1)
     return low + (high - low) * s * s * (3 - 2 * s)
 
@@ -262,17 +264,19 @@ def test_walls_stay_and_sizes_follow(tmp_path, registry):
     assert report["size"]["p5"] == pytest.approx(sizes[0], rel=0.1)
     assert report["size"]["p95"] == pytest.approx(sizes[1], rel=0.1)
     assert report["size_error"]["error"]["p95"] < 0.15
-    grid = density_grid(made.problem, made.cells, rho)
+    grid = density_grid(made, rho)
     # The cube follows the wall that the map makes: 2 mm, less what sizes miss by.
-    wall = explicit_spacing(made.problem, made.cells, grid) * setup.cells.elements_per_wall
+    wall = explicit_spacing(made, grid) * setup.cells.elements_per_wall
     assert 1.7 < wall <= 2.0
-    points = centroids(setup.problem.space.mesh)
+    points = centroids(setup.homogenised.space.mesh)
     for q in range(4):
         axes = local_cells(
-            made.cells.layout.cell_map, element_points(setup.problem.space)[:, :, q]
+            made.cells.layout.cell_map, element_points(setup.homogenised.space)[:, :, q]
         ).axes
-        np.testing.assert_allclose(made.model.rotation[:, :, q], bond_matrix(axes), atol=1e-12)
-    design = build_design(made.problem, made.cells, grid)
+        np.testing.assert_allclose(
+            made.homogenised.rotation[:, :, q], bond_matrix(axes), atol=1e-12
+        )
+    design = build_design(made.plan.domain, made.cells, grid)
     assert design.cell_map is made.cells.layout.cell_map
     # Density stays what sizing chose: the level is set in cell units.
     np.testing.assert_allclose(density_at(design, points), rho, atol=0.02)
@@ -287,7 +291,7 @@ def test_size_and_wall_follow_by_the_ratio_rule(tmp_path, registry):
     np.testing.assert_allclose(local_cells(u, points).size, [10, 8], rtol=0.04)
     assert made.cells.layout.typical == setup.cells.layout.typical == pytest.approx(np.sqrt(80))
     # The range belongs to the bounds of sizing: half of them uses half of the sizes.
-    half = with_cells(setup, np.full(setup.model.volumes.size, 0.3))
+    half = with_cells(setup, np.full(setup.homogenised.volumes.size, 0.3))
     np.testing.assert_allclose(local_cells(half.cells.layout.cell_map, points).size, 10, rtol=1e-6)
 
 
@@ -333,7 +337,7 @@ def test_cells_follow_the_principal_stresses_of_the_solid_part(tmp_path, registr
     )
     text = 'size = "5 mm"\n[lattice.orientation]\nload_case = "shear"\n'
     setup = prepared(tmp_path, text, registry, case=block)
-    made = oriented(setup, solve_solid(setup.problem))
+    made = oriented(replace(setup, solutions=solve_solid(setup.homogenised)))
     told = made.cells.layout.report["orientation"]
     assert told["straight_angle_degrees"]["p50"] > 35
     assert told["angle_degrees"]["p50"] < 6
@@ -341,11 +345,13 @@ def test_cells_follow_the_principal_stresses_of_the_solid_part(tmp_path, registr
     assert made.cells.layout.report["folds"] == 0
     for q in range(4):
         axes = local_cells(
-            made.cells.layout.cell_map, element_points(setup.problem.space)[:, :, q]
+            made.cells.layout.cell_map, element_points(setup.homogenised.space)[:, :, q]
         ).axes
-        np.testing.assert_allclose(made.model.rotation[:, :, q], bond_matrix(axes), atol=1e-12)
+        np.testing.assert_allclose(
+            made.homogenised.rotation[:, :, q], bond_matrix(axes), atol=1e-12
+        )
     assert made.cells.layout.typical == setup.cells.layout.typical
-    assert with_cells(made, np.full(setup.model.volumes.size, 0.3)) is made
+    assert with_cells(made, np.full(setup.homogenised.volumes.size, 0.3)) is made
 
 
 def test_graded_sizes_keep_the_directions(tmp_path, registry):
@@ -354,7 +360,7 @@ def test_graded_sizes_keep_the_directions(tmp_path, registry):
         '[lattice.orientation]\ndirection = ["1", "1", "0"]\n'
     )
     setup = prepared(tmp_path, text, registry, case=LONG)
-    made = with_cells(oriented(setup, ()), np.full(setup.model.volumes.size, 0.4))
+    made = with_cells(oriented(setup), np.full(setup.homogenised.volumes.size, 0.4))
     axes = local_cells(made.cells.layout.cell_map, np.array([[7.0], [8.0], [9.0]])).axes[:, :, 0]
     assert np.abs(axes[:2, :2]) == pytest.approx(np.sqrt(0.5), abs=0.01)
 

@@ -1,5 +1,6 @@
 """Unknowns and tetrahedra of a run, predicted from its prepared case."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -7,7 +8,7 @@ import pytest
 import gradedesign
 from gradedesign.design.loop.predicted_cost import WITHIN
 from gradedesign.design.loop.run_work import guessed_density, run_work
-from gradedesign.design.resolve.setup import prepare
+from gradedesign.design.resolve.design_model import prepare
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.program.host.registry import build_registry
@@ -30,7 +31,7 @@ def solid(use, kind="displacement"):
 def test_the_explicit_lattice_of_mini_is_predicted(setup):
     # Two iterations of the case: 84 549 and 86 259 unknowns; the solid part uses 19.0 % of its
     # displacement, 5.4 % of its stress.
-    work = run_work(setup, [solid(0.19), solid(0.054, "stress")])
+    work = run_work(replace(setup, solid=(solid(0.19), solid(0.054, "stress"))))
     for measured in (84_549, 86_259):
         assert measured / WITHIN < work.explicit_dofs < measured * WITHIN
     assert (work.part_dofs, work.load_cases, work.adjoint_solves) == (4131, 1, 1)
@@ -40,9 +41,13 @@ def test_the_explicit_lattice_of_mini_is_predicted(setup):
 
 def test_density_follows_what_the_solid_part_can_spare(setup):
     low, high = setup.cells.bounds
-    assert guessed_density(setup) == pytest.approx(low + (high - low) / 3)
-    assert guessed_density(setup, [solid(1e-6)]) == pytest.approx(low)
-    assert guessed_density(setup, [solid(0.999)]) == pytest.approx(high)
-    assert guessed_density(setup, [solid(0.999, "stress")]) == pytest.approx(high)
-    some = [guessed_density(setup, [solid(use)]) for use in (0.2, 0.25, 0.3)]
+
+    def guessed(*rows):
+        return guessed_density(setup.cells, setup.limits, rows)
+
+    assert guessed() == pytest.approx(low + (high - low) / 3)
+    assert guessed(solid(1e-6)) == pytest.approx(low)
+    assert guessed(solid(0.999)) == pytest.approx(high)
+    assert guessed(solid(0.999, "stress")) == pytest.approx(high)
+    some = [guessed(solid(use)) for use in (0.2, 0.25, 0.3)]
     assert some == sorted(some)

@@ -8,7 +8,7 @@ import pytest
 
 from gradedesign import load_case, run
 from gradedesign.design.check.first_answer import first_answer
-from gradedesign.design.resolve.setup import prepare
+from gradedesign.design.resolve.design_model import prepare
 from gradedesign.design.resolve.solid import solve_solid, with_solid
 from gradedesign.mechanics.limits.banded import Banded
 from gradedesign.mechanics.limits.key import LimitKey
@@ -102,7 +102,7 @@ def test_the_row_holds_band_largest_and_the_governing_case(tmp_path):
 
 def test_a_first_answer_sizes_where_the_limit_lies_in_the_band(tmp_path):
     setup = prepare(bar(tmp_path, 179.7), build_registry())
-    setup = with_solid(setup, solve_solid(setup.problem))
+    setup = with_solid(setup, solve_solid(setup.homogenised))
     (answer,) = first_answer(setup).constant
     assert answer.density is None
     assert answer.reason != "broken when solid"

@@ -183,7 +183,7 @@ def test_check_says_which_volume_sets_the_grid_and_draws_it(tmp_path):
     case = load_case(written(tmp_path, thin))
     found = check_case(case, build_registry())
     assert "the passive solid 'plate', 0.4 mm" in found.run.grid.set_by
-    known = found.resolved
+    known = found.plan
     (mark,) = (
         m for m in region_marks(case.load_case, known.part, known.domain) if m.role == "passive"
     )

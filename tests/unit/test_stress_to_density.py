@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gradedesign
-from gradedesign.design.resolve.resolved_case import resolve_case
+from gradedesign.design.resolve.plan import resolve_case
 from gradedesign.design.resolve.solid_part import solid_solutions
 from gradedesign.errors import CaseError, DensityError
 from gradedesign.geometry.part.part_mesh import box_part_mesh

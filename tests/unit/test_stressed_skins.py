@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from gradedesign.design.case.read_case import load_case
-from gradedesign.design.resolve.setup import prepare
+from gradedesign.design.resolve.design_model import prepare
 from gradedesign.errors import CaseError
 from gradedesign.program.host.registry import build_registry
 
@@ -63,7 +63,7 @@ def test_the_thickness_is_proportional_to_the_bending_stress_in_the_worst_load_c
     """
     heard = []
     setup = prepare(load_case(written(tmp_path)), build_registry(), heard.append)
-    (skin,) = setup.problem.domain.solids
+    (skin,) = setup.plan.domain.solids
     x = np.array([20.0, 30.0, 40.0])
     top = np.array([x, np.full(3, 8.0), np.full(3, 16.0)])
     share = (skin.thickness_at(top) - LEAST) / (MOST - LEAST)
@@ -77,7 +77,7 @@ def test_the_thickness_is_proportional_to_the_bending_stress_in_the_worst_load_c
     assert said.startswith("as the stress of the solid part: 0.8 mm")
     # Twice the load: twice the stress everywhere, the same shares of its percentile.
     twice = prepare(load_case(written(tmp_path / "b", force="-2 kN")), build_registry())
-    other = twice.problem.domain.solids[0].thickness_at(top)
+    other = twice.plan.domain.solids[0].thickness_at(top)
     np.testing.assert_allclose(other, skin.thickness_at(top), rtol=1e-4)
 
 
@@ -91,7 +91,7 @@ def test_the_printed_skin_is_as_thick_and_the_rest_of_the_run_knows_it(cli, tmp_
     assert "until the stress" not in " ".join((ended.out + ended.err).split())
     mesh = trimesh.load(tmp_path / "out" / "lattice.stl")
     assert mesh.is_watertight
-    skin = prepare(load_case(folder), build_registry()).problem.domain.solids[0]
+    skin = prepare(load_case(folder), build_registry()).plan.domain.solids[0]
     for x in (15.0, 45.0):
         # Below the thinnest place of a row there is a void: sheets join the skin beside it.
         places = np.array([[x, y] for y in np.linspace(7.0, 9.0, 9)])

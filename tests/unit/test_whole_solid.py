@@ -182,11 +182,11 @@ def test_a_design_without_acceptance_has_bands_from_coarser_elements(monkeypatch
     monkeypatch.setattr(
         best_rows, "analyse_printed_solid", lambda _a, _s, at, _say: stand.analyse(at.spacing)
     )
-    problem = SimpleNamespace(limits=(Tip(0.9),), analysis=SimpleNamespace(name="finite-cells"))
+    analysis = SimpleNamespace(name="finite-cells")
     predicted = SimpleNamespace(homogenised=True)
     best = SimpleNamespace(rows=(SimpleNamespace(homogenised=False), predicted))
     analysed = SimpleNamespace(result=stand.analyse(1.0), solid=None)
-    row, last = best_rows.best_rows(problem, best, analysed, None)
+    row, last = best_rows.best_rows((Tip(0.9),), analysis, best, analysed, None)
     assert last == predicted
     assert stand.tried == [1.0, 1.5, 1.2][: 3 if fails else 2]
     if 1.2 in fails:

@@ -20,7 +20,7 @@ from gradedesign.design.loop.iteration_steps import (
     explicit_spacing,
     size_design,
 )
-from gradedesign.design.resolve.setup import prepare
+from gradedesign.design.resolve.design_model import prepare
 from gradedesign.design.resolve.zoning import zone_windows
 from gradedesign.design.verdict.zones import zone_data, zone_measures
 from gradedesign.errors import CaseError, DensityError
@@ -139,9 +139,9 @@ def test_weights_rise_over_the_transition(tmp_path, registry, place):
 
 def test_the_field_is_that_of_each_cell_outside_the_transition(tmp_path, registry, two_thirds):
     setup = prepared(tmp_path, registry, WAVES)
-    rho = np.full(setup.model.space.element_count, 0.4)
-    grid = density_grid(setup.problem, setup.cells, rho)
-    both = build_design(setup.problem, setup.cells, grid)
+    rho = np.full(setup.homogenised.space.element_count, 0.4)
+    grid = density_grid(setup, rho)
+    both = build_design(setup.plan.domain, setup.cells, grid)
     points = np.array([[32.0], [8.0], [8.0]]) * spread_points(60_000)
     solid = cell_field(both)(points) <= 0
     u = both.cell_map(points)
@@ -159,8 +159,8 @@ def test_the_field_is_that_of_each_cell_outside_the_transition(tmp_path, registr
 
 def test_the_solid_is_one_piece_across_the_border(tmp_path, registry, two_thirds):
     setup = prepared(tmp_path, registry, WAVES)
-    rho = np.full(setup.model.space.element_count, 0.3)
-    design = build_design(setup.problem, setup.cells, density_grid(setup.problem, setup.cells, rho))
+    rho = np.full(setup.homogenised.space.element_count, 0.3)
+    design = build_design(setup.plan.domain, setup.cells, density_grid(setup, rho))
     axes = [np.arange(0.125, end, 0.25) for end in (32.0, 8.0, 8.0)]
     solid = cell_field(design)(np.stack(np.meshgrid(*axes, indexing="ij"))) <= 0
     pieces = np.sort(np.bincount(label(solid)[0].ravel())[1:])[::-1]
@@ -171,8 +171,8 @@ def test_the_solid_is_one_piece_across_the_border(tmp_path, registry, two_thirds
 
 def test_elements_have_the_laws_of_their_zones(tmp_path, registry, two_thirds):
     setup = prepared(tmp_path, registry, WAVES)
-    law = setup.model.law
-    x = centroids(setup.model.space.mesh)[0]
+    law = setup.homogenised.law
+    x = centroids(setup.homogenised.space.mesh)[0]
     rho = np.full(x.size, 0.4)
     C = law.stiffness(rho)
     ends = {n: LAWS[n].stiffness(np.array([0.4]))[:, :, 0] for n in ("waves", "spirals")}
@@ -210,9 +210,9 @@ def test_zones_of_one_cell_are_no_zones(tmp_path, registry):
         for s in (plain, same)
     ]
     np.testing.assert_allclose(results[1].rho, results[0].rho, rtol=1e-9)
-    grids = [density_grid(s.problem, s.cells, results[0].rho) for s in (plain, same)]
+    grids = [density_grid(s, results[0].rho) for s in (plain, same)]
     np.testing.assert_array_equal(grids[0].values, grids[1].values)
-    spacings = [explicit_spacing(s.problem, s.cells, grids[0]) for s in (plain, same)]
+    spacings = [explicit_spacing(s, grids[0]) for s in (plain, same)]
     assert spacings[0] == spacings[1]
 
 
@@ -222,24 +222,24 @@ def test_densities_keep_the_bounds_of_their_zone(tmp_path, registry, two_thirds)
     sized = size_design(
         setup, Correction(), {}, design_filter(setup), SizingPlan(most_iterations=8)
     )
-    x = centroids(setup.model.space.mesh)[0]
+    x = centroids(setup.homogenised.space.mesh)[0]
     for there, (low, high) in ((x < 12, (0.40, 0.45)), (x > 20, (0.3, 0.6))):
         assert sized.rho[there].min() >= low - 1e-12
         assert sized.rho[there].max() <= high + 1e-12
     # The clamped half is filled up before the free one.
     assert sized.rho[x < 8].mean() > sized.rho[x > 24].mean()
-    grid = density_grid(setup.problem, setup.cells, sized.rho)
+    grid = density_grid(setup, sized.rho)
     points = setup.cells.layout.points
     low, high = zone_windows(setup.cells.zoning, points)
     density = evaluate(grid, points)
     assert (density >= low - 1e-6).all()
     assert (density <= high + 1e-6).all()
-    found = zone_measures(setup, sized.rho)["zones"]
+    found = zone_measures(setup.homogenised, setup.cells.zoning, sized.rho)["zones"]
     assert found["root"]["share_of_lattice"] == pytest.approx(0.5, abs=0.02)
     assert sum(z["mass_g"] for z in found.values()) == pytest.approx(
         sized.history[-1].mass_g, rel=1e-9
     )
-    data = zone_data(setup)
+    data = zone_data(setup.cells.zoning)
     assert data["zones"]["root"]["density_bounds"] == [0.40, 0.45]
     assert data["transitions"][0]["cells"] == ["spirals", "waves"]
 

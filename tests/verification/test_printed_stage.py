@@ -62,14 +62,10 @@ def test_a_file_of_half_the_section_moves_twice_as_far():
     domain = SimpleNamespace(closed=False)
     sheets = calibrate(build_registry().cell_families["gyroid-sheet"])
     setup = SimpleNamespace(
-        problem=SimpleNamespace(
-            case=case,
-            part=part,
-            domain=domain,
-            analysis=FINITE_CELLS,
-            limits=(),
-            space=SimpleNamespace(mesh=None),
+        plan=SimpleNamespace(
+            case=case, part=part, domain=domain, tools=SimpleNamespace(analysis=FINITE_CELLS)
         ),
+        limits=(),
         cells=SimpleNamespace(
             cell=sheets,
             bounds=(0.3, 0.8),
@@ -77,7 +73,12 @@ def test_a_file_of_half_the_section_moves_twice_as_far():
             elements_per_wall=1.25,
             layout=SimpleNamespace(typical=2.0),
         ),
-        model=SimpleNamespace(volumes=np.array([8.0]), solid_fraction=np.array([0.0])),
+        homogenised=SimpleNamespace(
+            volumes=np.array([8.0]),
+            lattice_volumes=np.array([8.0]),
+            solid_fraction=np.array([0.0]),
+            space=SimpleNamespace(mesh=None),
+        ),
     )
     key = LimitKey(kind="displacement", region="x1", component="x", load_case="pull")
     limit = DisplacementLimit(key=key, name="tip", allowed=1.0, nodes=np.array([0]), component=0)

@@ -7,7 +7,7 @@ import pytest
 
 from gradedesign import CellFamily, LawOrigin, ResourceError, load_case, power_law
 from gradedesign.design.resolve import solid_part
-from gradedesign.design.resolve.setup import prepare
+from gradedesign.design.resolve.design_model import prepare
 from gradedesign.design.resolve.solid import solve_solid
 from gradedesign.geometry.part.part_mesh import box_part_mesh
 from gradedesign.mechanics.fe.assembly import assemble, assembly_pattern
@@ -81,14 +81,13 @@ def solved(folder, registry, cells, solver, spoiled=1.0):
     """Displacements and compliances of the solid and the homogenised part of the case."""
     (folder / "case.toml").write_text(f'{CASE}{cells}[run]\nsolver = "{solver}"\n')
     setup = prepare(load_case(folder), registry)
-    assert setup.problem.space.dof_count == 675
-    own = setup.model.solver
+    assert setup.homogenised.space.dof_count == 675
+    own = setup.homogenised.solver
     if spoiled != 1.0:
         wrong = replace(own, assemble=lambda *given: spoiled * own.assemble(*given))
-        problem = replace(setup.problem, solver=wrong)
-        setup = replace(setup, problem=problem, model=replace(setup.model, solver=wrong))
-    rho = np.linspace(0.2, 0.6, setup.problem.space.element_count)
-    return (*solve_solid(setup.problem), *solve_homogenised(setup.model, rho))
+        setup = replace(setup, homogenised=replace(setup.homogenised, solver=wrong))
+    rho = np.linspace(0.2, 0.6, setup.homogenised.space.element_count)
+    return (*solve_solid(setup.homogenised), *solve_homogenised(setup.homogenised, rho))
 
 
 def require_same(theirs, ours):

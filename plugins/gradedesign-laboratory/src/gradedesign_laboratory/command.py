@@ -55,11 +55,12 @@ def homogenise(
     as_json: Json = False,
 ) -> None:
     """Effective stiffness and strength of one cell: C, moduli, anisotropy, bounds, strength."""
+    from gradedesign_laboratory.run_homogenise import Asked
     from gradedesign_laboratory.run_homogenise import homogenise as command
 
-    command(
-        cell,
-        density,
+    options = Asked(
+        cell=cell,
+        density=density,
         boundary=boundary,
         cells=block_cells,
         resolution=resolution,
@@ -71,6 +72,7 @@ def homogenise(
         strict_plugins=strict_plugins,
         as_json=as_json,
     )
+    command(options)
 
 
 def tabulate(

@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
-from gradedesign import CaseError, EigenProblem, EigenSolver, ExtremeValue, ScalingLaw, report_step
+from gradedesign import (
+    CaseError,
+    CellFamily,
+    EigenProblem,
+    EigenSolver,
+    ExtremeValue,
+    ScalingLaw,
+    report_step,
+)
 from gradedesign.commands import (
     ProgressLines,
     Registry,
@@ -49,25 +57,48 @@ from gradedesign_laboratory.property_plots import (
 from gradedesign_laboratory.show_properties import print_block, print_properties
 
 
-def homogenise(
-    cell: str,
-    density: float,
-    *,
-    boundary: str,
-    cells: int | None,
-    resolution: int | None,
-    parameters: Sequence[str],
-    poissons_ratio: float,
-    output: Path | None,
-    conductivity: bool,
-    buckling: str | None,
-    strict_plugins: bool,
-    as_json: bool,
-) -> None:
-    """Compute the properties of a cell, print them, and with an output folder draw them.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Asked:
+    """Options of ``homogenise``.
 
-    ``cell`` is a name, or a case whose cell is meant, see `named_cell`.
-    ``buckling`` names the eigenvalue solver of critical stresses; without it there are none.
+    Attributes
+    ----------
+    cell : str
+        A name, or a case whose cell is meant, see `named_cell`.
+    density : float
+    boundary : str
+    cells : int or None
+        Along the edge of a finite block.
+    resolution : int or None
+        Voxels along a cell; None: what its wall needs.
+    parameters : sequence of str
+        ``name=number``.
+    poissons_ratio : float
+    output : Path or None
+        Folder for data and plots.
+    conductivity : bool
+    buckling : str or None
+        Eigenvalue solver of critical stresses; None: there are none.
+    strict_plugins : bool
+    as_json : bool
+    """
+
+    cell: str
+    density: float
+    boundary: str
+    cells: int | None
+    resolution: int | None
+    parameters: Sequence[str]
+    poissons_ratio: float
+    output: Path | None
+    conductivity: bool
+    buckling: str | None
+    strict_plugins: bool
+    as_json: bool
+
+
+def homogenise(asked: Asked) -> None:
+    """Compute the properties of a cell, print them, and with an output folder draw them.
 
     Raises
     ------
@@ -77,62 +108,75 @@ def homogenise(
         As `cell_properties`, `apparent_stiffness` with another boundary than the periodic one,
         and `critical_stress` with ``buckling``.
     """
-    registry = registry_for(strict_plugins=strict_plugins)
-    named = named_cell(registry, cell)
-    family, values = named.family, {**named.parameters, **parsed_parameters(parameters)}
-    solver = None if buckling is None else blamed_eigen_solver(registry, buckling)
-    if boundary != PERIODIC:
-        unused = {
-            "-o": output is not None,
-            "--conductivity": conductivity,
-            "--buckling": buckling is not None,
-        }
-        require_boundary(boundary, [option for option, is_set in unused.items() if is_set])
-        with ProgressLines("homogenise", err=True):
-            block = apparent_stiffness(
-                calibrate(family, values),
-                density,
-                boundary=cast("Boundary", boundary),
-                cells=1 if cells is None else cells,
-                resolution=resolution,
-                poissons_ratio=poissons_ratio,
-            )
-        data = block_data(family, values, density, block, poissons_ratio)
-        print_json(data) if as_json else print_block(data)
-        return
-    if cells is not None:
+    registry = registry_for(strict_plugins=asked.strict_plugins)
+    named = named_cell(registry, asked.cell)
+    family, values = named.family, {**named.parameters, **parsed_parameters(asked.parameters)}
+    solver = None if asked.buckling is None else blamed_eigen_solver(registry, asked.buckling)
+    if asked.boundary != PERIODIC:
+        data = _of_block(asked, family, values)
+    elif asked.cells is not None:
         raise CaseError(
-            f"--cells {cells} does not go with --boundary {PERIODIC}, whose lattice has no end; "
-            f"leave it out or choose one of {', '.join(BOUNDARIES)}"
+            f"--cells {asked.cells} does not go with --boundary {PERIODIC}, whose lattice has no "
+            f"end; leave it out or choose one of {', '.join(BOUNDARIES)}"
         )
-    with ProgressLines("homogenise", err=True):
-        chosen = calibrate(family, values)
-        properties = cell_properties(
-            chosen,
-            density,
-            poissons_ratio=poissons_ratio,
-            resolution=resolution,
-            with_surface=output is not None,
-        )
-        data = properties_data(chosen, properties, poissons_ratio)
-        laws = [law for law in registry.scaling_laws.values() if family.name in law.families]
-        data["laws"] = law_values(laws, density)
-        if conductivity:
-            report_step("conductivity")
-            data["conductivity"] = _conductivity_data(chosen, properties)
-        if solver is not None:
-            critical = critical_stress(
-                chosen, density, poissons_ratio=poissons_ratio, solver=solver
-            )
-            data["buckling"] = _buckling_data(critical, properties)
-        if output is not None:
-            report_step("drawing")
-            files = write_files(output, data, properties, laws, poissons_ratio)
-            data["files"] = [str(path) for path in files]
-    if as_json:
-        print_json(data)
     else:
+        laws = [law for law in registry.scaling_laws.values() if family.name in law.families]
+        with ProgressLines("homogenise", err=True):
+            data = _of_cell(asked, calibrate(family, values), solver, laws)
+    if asked.as_json:
+        print_json(data)
+    elif asked.boundary == PERIODIC:
         print_properties(data)
+    else:
+        print_block(data)
+
+
+def _of_block(asked: Asked, family: CellFamily, values: Mapping[str, float]) -> dict[str, Any]:
+    """Apparent stiffness of a finite block, plain data."""
+    unused = {
+        "-o": asked.output is not None,
+        "--conductivity": asked.conductivity,
+        "--buckling": asked.buckling is not None,
+    }
+    require_boundary(asked.boundary, [option for option, is_set in unused.items() if is_set])
+    with ProgressLines("homogenise", err=True):
+        block = apparent_stiffness(
+            calibrate(family, values),
+            asked.density,
+            boundary=cast("Boundary", asked.boundary),
+            cells=1 if asked.cells is None else asked.cells,
+            resolution=asked.resolution,
+            poissons_ratio=asked.poissons_ratio,
+        )
+    return block_data(family, values, asked.density, block, asked.poissons_ratio)
+
+
+def _of_cell(
+    asked: Asked, cell: Cell, solver: EigenSolver | None, laws: Sequence[ScalingLaw]
+) -> dict[str, Any]:
+    """Effective properties of the periodic lattice, plain data; files of them if asked for."""
+    properties = cell_properties(
+        cell,
+        asked.density,
+        poissons_ratio=asked.poissons_ratio,
+        resolution=asked.resolution,
+        with_surface=asked.output is not None,
+    )
+    data = properties_data(cell, properties, asked.poissons_ratio)
+    data["laws"] = law_values(laws, asked.density)
+    if asked.conductivity:
+        report_step("conductivity")
+        data["conductivity"] = _conductivity_data(cell, properties)
+    if solver is not None:
+        critical = critical_stress(
+            cell, asked.density, poissons_ratio=asked.poissons_ratio, solver=solver
+        )
+        data["buckling"] = _buckling_data(critical, properties)
+    if asked.output is not None:
+        report_step("drawing")
+        files = write_files(asked.output, data, properties, laws, asked.poissons_ratio)
+        data["files"] = [str(path) for path in files]
+    return data
 
 
 def blamed_eigen_solver(registry: Registry, name: str) -> EigenSolver:

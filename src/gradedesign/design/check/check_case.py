@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from gradedesign.arrays import FloatArray
 from gradedesign.design.case.schema import Case
 from gradedesign.design.check.predicted_run import PredictedRun, budget_warnings, predicted_run
 from gradedesign.design.resolve.exclusion import exclusion_words, judged_share
+from gradedesign.design.resolve.plan import Plan, resolve_case, stated_zones
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.resolve_law import resolve_law
-from gradedesign.design.resolve.resolved_case import ResolvedCase, resolve_case, stated_zones
 from gradedesign.design.resolve.size_effects import periodic_warnings, why_periodic
-from gradedesign.design.resolve.symmetry import symmetry_data, symmetry_planes, symmetry_warnings
+from gradedesign.design.resolve.symmetry import symmetry_data, symmetry_warnings
 from gradedesign.geometry.lattice.part_room import inner_points
 from gradedesign.geometry.maps.cell_map import turned_axes
 from gradedesign.geometry.part.round_shapes import RoundShapes, round_shapes
 from gradedesign.geometry.part.thickness import local_thickness
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.mechanics.explicit.support_zones import SupportZone
 from gradedesign.mechanics.limits.local_stress import allowed_stress, share_warnings
 
 #: Points at which the part's thickness is measured.
@@ -84,11 +87,11 @@ class Unjudged:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CaseCheck:
-    """Checked case: its resolved records, and the predicted cost of its run.
+    """Checked case: its plan, and the predicted cost of its run.
 
     Attributes
     ----------
-    resolved : ResolvedCase
+    plan : Plan
     holes : tuple of RoundShapes
     thickness : Thickness
     run : PredictedRun
@@ -100,7 +103,7 @@ class CaseCheck:
     warnings : tuple of str
     """
 
-    resolved: ResolvedCase
+    plan: Plan
     holes: tuple[RoundShapes, ...]
     thickness: Thickness
     run: PredictedRun
@@ -118,10 +121,10 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
     GradeDesignError
         As `resolve_case`.
     """
-    resolved = resolve_case(case, registry)
-    case = resolved.case
-    remarks = [*resolved.warnings, *resolved.narrowed]
-    for zone in stated_zones(resolved):
+    plan = resolve_case(case, registry)
+    case = plan.case
+    remarks = [*plan.warnings, *plan.narrowed]
+    for zone in stated_zones(plan):
         if zone.law.known is not None:
             remarks += resolve_law(
                 zone.lattice,
@@ -129,61 +132,67 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
                 registry,
                 zone.cell,
                 zone.where,
-                poissons_ratio=resolved.material.poissons_ratio,
+                poissons_ratio=plan.material.poissons_ratio,
             )[1]
-    inside = inner_points(resolved.domain)
-    thickness = part_thickness(resolved, inside)
-    planes = symmetry_planes(case.load_case, resolved.part, case.where)
+    inside = inner_points(plan.domain)
+    axes, least = turned_axes(case.lattice.rotation), plan.layout.least
+    thickness = part_thickness(plan.part.surface, axes, inside, least)
     unjudged = Unjudged(
-        around=exclusion_words(resolved.support_zones),
-        part=1.0 - judged_share(resolved.support_zones, inside),
-        lattice=1.0 - judged_share(resolved.support_zones, resolved.layout.points),
-        limited=allowed_stress(case.limits, resolved.material) is not None,
+        around=exclusion_words(plan.support_zones),
+        part=1.0 - judged_share(plan.support_zones, inside),
+        lattice=1.0 - judged_share(plan.support_zones, plan.layout.points),
+        limited=allowed_stress(case.limits, plan.material) is not None,
     )
-    run = predicted_run(resolved, inside.shape[1])
+    run = predicted_run(plan, inside.shape[1])
     periodic = why_periodic(
         case,
-        resolved.law.kind,
-        resolved.cell,
+        plan.law.kind,
+        plan.cell,
         run.bounds[0],
-        resolved.part,
-        resolved.domain,
-        resolved.layout,
+        plan.part,
+        plan.domain,
+        plan.layout,
     )
+    run = predicted_run(plan, inside.shape[1])
+    periodic = why_periodic(case, plan.law.kind, plan.cell, run.bounds[0], plan.part, plan.layout)
     remarks += [
-        *periodic_warnings(case, resolved.part, resolved.layout, periodic),
-        *_left_out(resolved, unjudged),
-        *symmetry_warnings(planes, case.lattice.skin, resolved.cell, resolved.layout),
-        *budget_warnings(resolved, run),
+        *periodic_warnings(case, plan.part, plan.layout, periodic),
+        *_left_out(plan.support_zones, unjudged),
+        *symmetry_warnings(plan.symmetry, case.lattice.skin, plan.cell, plan.layout),
+        *budget_warnings(case.run, run),
     ]
     return CaseCheck(
-        resolved=resolved,
-        holes=round_shapes(resolved.part.surface, resolved.part.faces),
+        plan=plan,
+        holes=round_shapes(plan.part.surface, plan.part.faces),
         thickness=thickness,
         run=run,
         periodic=periodic,
         unjudged=unjudged,
-        symmetry=symmetry_data(planes, resolved.part.volume * resolved.material.density * 1e6),
+        symmetry=symmetry_data(plan.symmetry, plan.part.volume * plan.material.density * 1e6),
         warnings=tuple(dict.fromkeys(remarks)),
     )
 
 
-def part_thickness(resolved: ResolvedCase, inside: np.ndarray) -> Thickness:
-    """Thickness of the part along the axes of its cells, at points ``(3, n)`` inside it."""
+def part_thickness(
+    surface: SurfaceMesh, axes: FloatArray, inside: FloatArray, cell: float
+) -> Thickness:
+    """Thickness of a part along the ``axes`` of its cells, at points ``(3, n)`` inside it.
+
+    ``cell``, mm, is the shortest edge of a cell.
+    """
     every = max(inside.shape[1] // _THICKNESS_PLACES, 1)
-    axes = turned_axes(resolved.case.lattice.rotation)
-    lengths = local_thickness(resolved.part.surface, inside[:, ::every], axes)
+    lengths = local_thickness(surface, inside[:, ::every], axes)
     values = np.percentile(lengths, THICKNESS_SHARES) if lengths.size else np.zeros(0)
     return Thickness(
         shares=THICKNESS_SHARES,
         thickness=tuple(float(v) for v in values),
-        cells=tuple(float(v) / resolved.layout.least for v in values),
+        cells=tuple(float(v) / cell for v in values),
     )
 
 
-def _left_out(resolved: ResolvedCase, unjudged: Unjudged) -> tuple[str, ...]:
+def _left_out(zones: Sequence[SupportZone], unjudged: Unjudged) -> tuple[str, ...]:
     """Say where the exclusion radius leaves much of the lattice out of the stress limit."""
     if not unjudged.limited:
         return ()
-    radius = max((zone.radius for zone in resolved.support_zones), default=0.0)
+    radius = max((zone.radius for zone in zones), default=0.0)
     return share_warnings(unjudged.lattice, radius)

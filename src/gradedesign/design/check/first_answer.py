@@ -8,8 +8,8 @@ import numpy as np
 
 from gradedesign.common.system.progress import report_step
 from gradedesign.design.loop.iteration_steps import SizingPlan, design_filter, size_design
+from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.oriented import oriented
-from gradedesign.design.resolve.setup import Setup
 from gradedesign.design.resolve.size_effects import with_size_effects
 from gradedesign.errors import DensityError
 from gradedesign.mechanics.explicit.correction import Correction
@@ -84,12 +84,12 @@ class FirstAnswer:
         return max(self.constant, key=lambda answer: answer.density or 0.0)
 
 
-def first_answer(setup: Setup) -> FirstAnswer:
+def first_answer(model: DesignModel) -> FirstAnswer:
     """Constant densities that meet the limits, and one sizing of the homogenised part.
 
     Parameters
     ----------
-    setup : Setup
+    model : DesignModel
         Its solid part analysed, see `solid.with_solid`.
 
     Returns
@@ -103,39 +103,40 @@ def first_answer(setup: Setup) -> FirstAnswer:
     copy of the part (Ramirez Salazar 2022, eqs. 1.8 to 1.11). Skin and passive regions count in
     the mass alone. Buckling and size effects count in the sizing, where the case has them.
     """
-    constant = tuple(_constant(setup, row) for row in setup.solid)
-    answer = FirstAnswer(constant=constant, yields=setup.solid_yields)
+    constant = tuple(_constant(model, row) for row in model.solid)
+    answer = FirstAnswer(constant=constant, yields=model.solid_yields)
     if not answer.feasible:
         return answer
-    setup = with_size_effects(oriented(setup, setup.solutions))
+    model = with_size_effects(oriented(model))
     report_step("sizing")
-    plan = SizingPlan(most_iterations=SIZING_ITERATIONS)
-    sized = size_design(setup, Correction(), {}, design_filter(setup), plan)
-    weights = setup.model.volumes * (1.0 - setup.model.solid_fraction)
+    part, settings = model.homogenised, SizingPlan(most_iterations=SIZING_ITERATIONS)
+    sized = size_design(model, Correction(), {}, design_filter(model), settings)
+    weights = part.lattice_volumes
     return replace(
         answer,
-        sized_mass_g=total_mass(setup.model, sized.rho) * 1e6,
+        sized_mass_g=total_mass(part, sized.rho) * 1e6,
         sized_density=float(weights @ sized.rho / weights.sum()),
         sized_utilisation=sized.history[-1].utilisation,
     )
 
 
-def _constant(setup: Setup, row: LimitRow) -> ConstantDensity:
+def _constant(model: DesignModel, row: LimitRow) -> ConstantDensity:
     """The constant density of one limit."""
     if row.broken:
         return ConstantDensity(row=row, density=None, mass_g=None, reason="broken when solid")
     if row.unfavourable == "low":
         reason = "no rule gives the density at which a least value holds; sizing finds it"
         return ConstantDensity(row=row, density=None, mass_g=None, reason=reason)
-    stiff = {limit.key.kind for limit in setup.problem.limits if limit.follows_stiffness}
+    stiff = {limit.key.kind for limit in model.limits if limit.follows_stiffness}
     least = density_for_stiffness if row.key.kind in stiff else density_for_strength
     try:
-        needed = [least(law, row.utilisation) for law in setup.model.law.laws]
-        density = max(*needed, setup.cells.bounds[0])
+        needed = [least(law, row.utilisation) for law in model.homogenised.law.laws]
+        density = max(*needed, model.cells.bounds[0])
     except DensityError as error:
         return ConstantDensity(row=row, density=None, mass_g=None, reason=str(error))
-    if density > setup.cells.bounds[1]:
-        reason = f"needs density {density:.3g}, at most {setup.cells.bounds[1]:.3g} is allowed"
+    if density > model.cells.bounds[1]:
+        reason = f"needs density {density:.3g}, at most {model.cells.bounds[1]:.3g} is allowed"
         return ConstantDensity(row=row, density=None, mass_g=None, reason=reason)
-    rho = np.full(setup.problem.space.element_count, density)
-    return ConstantDensity(row=row, density=density, mass_g=total_mass(setup.model, rho) * 1e6)
+    part = model.homogenised
+    mass = total_mass(part, np.full(part.volumes.size, density))
+    return ConstantDensity(row=row, density=density, mass_g=mass * 1e6)

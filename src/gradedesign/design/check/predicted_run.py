@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from gradedesign.design.acceptance.whole_resolution import first_spacing, judged_seconds
+from gradedesign.design.case.run_schema import RunSpec
 from gradedesign.design.loop.predicted_cost import CostPrediction, RunWork, predict_cost
 from gradedesign.design.loop.run_work import remeshed_tets
 from gradedesign.design.loop.solver_room import require_solver_takes
 from gradedesign.design.resolve.analysable import EXPECTED_SHARE, Analysable
 from gradedesign.design.resolve.analysable_lattice import analysable_lattice
+from gradedesign.design.resolve.plan import Plan, stated_zones
 from gradedesign.design.resolve.planned_solid import planned_part, planned_solid
 from gradedesign.design.resolve.predicted_part_mesh import predicted_part_dofs
-from gradedesign.design.resolve.resolved_case import (
-    ResolvedCase,
-    stated_zones,
-)
+from gradedesign.design.resolve.zones import ResolvedZone
 from gradedesign.geometry.cell.cell_surface import cell_surface
 from gradedesign.geometry.cell.wall_size import wall_mm
 from gradedesign.geometry.lattice.component import KEPT, SolidComponent
@@ -88,43 +88,43 @@ class PredictedRun:
         return self.cost.iteration_s
 
 
-def predicted_run(resolved: ResolvedCase, inside: int) -> PredictedRun:
+def predicted_run(plan: Plan, inside: int) -> PredictedRun:
     """Predict unknowns, memory and time of a run.
 
     Parameters
     ----------
-    resolved : ResolvedCase
+    plan : Plan
     inside : int
-        How many of the points that fill the part's box lie in it; `ResolvedCase.layout` has those
+        How many of the points that fill the part's box lie in it; `Plan.layout` has those
         of the lattice.
 
     Returns
     -------
     PredictedRun
     """
-    case = resolved.case
-    share = resolved.layout.points.shape[1] / max(inside, 1)
+    case = plan.case
+    share = plan.layout.points.shape[1] / max(inside, 1)
     able = analysable_lattice(
-        resolved,
-        [zone.bounds for zone in stated_zones(resolved)],
-        latticed=resolved.part.volume * share,
-        solid=resolved.part.volume * (1.0 - share),
+        plan,
+        [zone.bounds for zone in stated_zones(plan)],
+        latticed=plan.part.volume * share,
+        solid=plan.part.volume * (1.0 - share),
     )
     low, high = able.bounds
     density = low + (high - low) * EXPECTED_SHARE
-    grid = predicted_grid(resolved, density, able)
+    grid = predicted_grid(plan, density, able)
     explicit = case.run.stop_after == "verdict"
     planned = planned_solid(
         planned_part(
-            resolved.part.surface,
-            resolved.domain,
-            latticed=resolved.part.volume * share,
-            solid=resolved.part.volume * (1.0 - share),
+            plan.part.surface,
+            plan.domain,
+            latticed=plan.part.volume * share,
+            solid=plan.part.volume * (1.0 - share),
             load_cases=len(case.load_case),
-            goals=stated_goals(resolved.limits),
+            goals=stated_goals(plan.limits),
         ),
         density,
-        cell_surface(resolved.cell, density, resolved.layout.typical),
+        cell_surface(plan.cell, density, plan.layout.typical),
     )
     walls = grid.spacing
     stated = case.run.states_resolution
@@ -132,9 +132,9 @@ def predicted_run(resolved: ResolvedCase, inside: int) -> PredictedRun:
     if fine < grid.spacing:
         grid = replace(grid, spacing=fine, set_by=f"{grid.set_by}, and finer: the solid is small")
     size = able.analysis.estimate(planned, grid.spacing) if explicit else NO_ANALYSIS
-    work = _work(resolved, able, planned, density, (walls, grid.spacing), size)
+    work = _work(plan, able, planned, density, (walls, grid.spacing), size)
     doubts = require_solver_takes(
-        resolved.solver,
+        plan.tools.solver,
         work,
         case.run.submodel_count,
         case.where,
@@ -148,12 +148,12 @@ def predicted_run(resolved: ResolvedCase, inside: int) -> PredictedRun:
         raised=(*able.warnings, *doubts),
         cost=predict_cost(work),
         explicit=explicit,
-        law_s=60.0 * laws_minutes(resolved),
+        law_s=60.0 * laws_minutes(stated_zones(plan)),
     )
 
 
 def _work(
-    resolved: ResolvedCase,
+    plan: Plan,
     able: Analysable,
     planned: PlannedSolid,
     density: float,
@@ -162,14 +162,12 @@ def _work(
 ) -> RunWork:
     """Work of a run whose explicit grid has that size; spacings of walls and of the grid, mm."""
     walls, spacing = spacings
-    case, explicit = resolved.case, size is not NO_ANALYSIS
-    first = min(
-        first_spacing(able.analysis, spacing, stated.cell) for stated in stated_zones(resolved)
-    )
+    case, explicit = plan.case, size is not NO_ANALYSIS
+    first = min(first_spacing(able.analysis, spacing, stated.cell) for stated in stated_zones(plan))
     return RunWork(
-        part_dofs=predicted_part_dofs(case.part, resolved.part),
+        part_dofs=predicted_part_dofs(case.part, plan.part),
         load_cases=len(case.load_case),
-        adjoint_solves=sum(limit.by_gradient for limit in resolved.limits),
+        adjoint_solves=sum(limit.by_gradient for limit in plan.limits),
         explicit_dofs=size.unknowns,
         explicit_memory=size.memory_bytes,
         explicit_mesh_s=size.mesh_s,
@@ -180,33 +178,31 @@ def _work(
             else 0.0
         ),
         mesher_tets=(
-            remeshed_tets(case.run, planned, walls, density, resolved.layout.typical)
-            if explicit
-            else 0
+            remeshed_tets(case.run, planned, walls, density, plan.layout.typical) if explicit else 0
         ),
         iterations=case.run.max_iterations if explicit else 1,
     )
 
 
-def laws_minutes(resolved: ResolvedCase) -> float:
+def laws_minutes(zones: Sequence[ResolvedZone]) -> float:
     """Minutes, at most, of computing the laws of all cells that have none yet."""
-    laws = {id(zone.cell): zone.law for zone in stated_zones(resolved)}
+    laws = {id(zone.cell): zone.law for zone in zones}
     return sum(law.minutes[1] for law in laws.values())
 
 
-def predicted_grid(resolved: ResolvedCase, density: float, able: Analysable) -> PredictedGrid:
+def predicted_grid(plan: Plan, density: float, able: Analysable) -> PredictedGrid:
     """Explicit grid for a mean density; graded designs reach the least density somewhere."""
-    case = resolved.case
-    size = case.lattice.size[-1] if case.lattice.graded_size else resolved.layout.least
+    case = plan.case
+    size = case.lattice.size[-1] if case.lattice.graded_size else plan.layout.least
     finest = []
-    for stated, zone in zip(stated_zones(resolved), able.zones or (able,), strict=True):
+    for stated, zone in zip(stated_zones(plan), able.zones or (able,), strict=True):
         low = density if case.lattice.grading == "uniform" else zone.bounds[0]
         thickness = case.lattice.wall or float(wall_mm(stated.cell, low, size))
         finest.append((thickness / zone.elements_per_wall, thickness, low))
     element, wall, thin = min(finest)
     layer = able.analysis.elements_per_layer
     spacings = {f"the thinnest wall or strut, {wall:.3g} mm at density {thin:.3g}": element}
-    for component in resolved.domain.components:
+    for component in plan.domain.components:
         kept = isinstance(component, SolidComponent) and component.phase == KEPT
         title = f"{'the passive solid ' if kept else ''}{component.name}"
         spacings[f"{title}, {component.least:.4g} mm"] = component.least / layer
@@ -217,9 +213,9 @@ def predicted_grid(resolved: ResolvedCase, density: float, able: Analysable) -> 
     return PredictedGrid(spacing=spacing, set_by=set_by, wall=wall)
 
 
-def budget_warnings(resolved: ResolvedCase, run: PredictedRun) -> tuple[str, ...]:
+def budget_warnings(limits: RunSpec, run: PredictedRun) -> tuple[str, ...]:
     """Say where a run is predicted to exceed the budgets of its case."""
-    limits, remarks = resolved.case.run, list(run.raised)
+    remarks = list(run.raised)
     if run.explicit and run.cost.memory_bytes > limits.memory:
         factor = (run.cost.memory_bytes / limits.memory) ** (1 / 3)
         remarks.append(

@@ -17,6 +17,7 @@ from gradedesign.design.acceptance.acceptance import (
 )
 from gradedesign.design.acceptance.meshed_anew import mesher_tets
 from gradedesign.design.acceptance.whole_solid import WholeJudgement, judge_whole
+from gradedesign.design.case.run_schema import RunSpec
 from gradedesign.design.loop.accepted_rows import (
     not_remeshed,
     unjudged_words,
@@ -29,13 +30,13 @@ from gradedesign.design.loop.announce import Announcer
 from gradedesign.design.loop.exported_surface import WrittenBack, export_surface
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.printed_stage import printed_stage
-from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.errors import MeshError, ResourceError, SolverError
 from gradedesign.geometry.contour.islands import Islands
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.mechanics.explicit.yielding import yielding_words
 from gradedesign.mechanics.limits.key import LimitKey
-from gradedesign.mechanics.limits.limit import limits_stress
+from gradedesign.mechanics.limits.limit import Limit, limits_stress
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.mechanics.limits.verdict import (
     Factors,
@@ -105,7 +106,7 @@ class Accepted:
 
 
 def accept_design(
-    setup: Setup,
+    model: DesignModel,
     written_back: WrittenBack,
     iteration: DesignIteration,
     analysed: Analysed,
@@ -119,35 +120,38 @@ def accept_design(
     nothing, and postponed where stress is far from its limit and a lighter design is looked for. A
     limit that has no band does not hold.
     """
-    surface, islands, digest = export_surface(setup, written_back, analysed)
+    limits, run = model.limits, model.plan.case.run
+    surface, islands, digest = export_surface(model.plan, written_back, analysed)
     began = time.perf_counter()
-    stage = printed_stage(setup, surface, analysed, iteration.rho, announce.listener)
-    whole = judge_whole(setup.problem.limits, stage)
+    stage = printed_stage(model, surface, analysed, iteration.rho, announce.listener)
+    whole = judge_whole(limits, stage)
     announce.took("whole printed surface", time.perf_counter() - began)
-    limited = limits_stress(setup.problem.limits)
+    limited = limits_stress(limits)
     announce.warnings(yielding_words(whole.result.yields, "the printed solid", limited=limited))
-    by_submodels = _judged_by_submodels(setup, analysed)
+    by_submodels = _judged_by_submodels(run, analysed)
     waits = by_submodels and _can_wait(iteration, whole)
     if waits:
         acceptance = NO_SUBMODELS
         announce.say("acceptance", "submodels wait for the last design: stress is far from its "
                      "limit, and a lighter design is looked for")  # fmt: skip
     else:
-        acceptance = _body_fitted(setup, surface, analysed, whole, announce)
+        acceptance = _body_fitted(run, surface, analysed, whole, announce)
     exported = (surface, islands, digest)
-    return _accepted(setup, exported, iteration, analysed, whole, acceptance, postponed=waits)
+    return _accepted(limits, exported, iteration, analysed, whole, acceptance, postponed=waits)
 
 
-def judge_stress(setup: Setup, accepted: Accepted, announce: Announcer) -> Accepted:
+def judge_stress(
+    limits: Sequence[Limit], run: RunSpec, accepted: Accepted, announce: Announcer
+) -> Accepted:
     """Have the submodels judge a design for which they were postponed."""
     done, whole = accepted, accepted.whole
-    acceptance = _body_fitted(setup, done.surface, done.analysed, whole, announce)
+    acceptance = _body_fitted(run, done.surface, done.analysed, whole, announce)
     exported = (done.surface, done.islands, done.sha256)
-    return _accepted(setup, exported, done.iteration, done.analysed, whole, acceptance)
+    return _accepted(limits, exported, done.iteration, done.analysed, whole, acceptance)
 
 
 def _accepted(
-    setup: Setup,
+    limits: Sequence[Limit],
     exported: tuple[SurfaceMesh, Islands, str],
     iteration: DesignIteration,
     analysed: Analysed,
@@ -161,7 +165,7 @@ def _accepted(
     Finite cells analyse the whole surface and give every row. Where the whole surface or submodels
     of it were meshed anew as well, that analysis corrects the rows that it can judge.
     """
-    limits, (surface, islands, digest) = setup.problem.limits, exported
+    surface, islands, digest = exported
     if acceptance.scope == "whole":
         rows = with_remeshed(limits, whole.rows, acceptance)
     elif acceptance.scope == "submodels":
@@ -188,9 +192,8 @@ def _accepted(
     )
 
 
-def _judged_by_submodels(setup: Setup, analysed: Analysed) -> bool:
+def _judged_by_submodels(run: RunSpec, analysed: Analysed) -> bool:
     """Whether stress is judged by submodels and not by a mesh of the whole surface."""
-    run = setup.problem.case.run
     tets = mesher_tets(analysed.result.volume, analysed.remeshed_size)
     return choose_scope(run.acceptance, tets, run.time) == "submodels"
 
@@ -207,7 +210,7 @@ def _can_wait(iteration: DesignIteration, whole: WholeJudgement) -> bool:
 
 
 def _body_fitted(
-    setup: Setup,
+    run: RunSpec,
     surface: SurfaceMesh,
     analysed: Analysed,
     whole: WholeJudgement,
@@ -220,8 +223,7 @@ def _body_fitted(
     submodels by name. Where the whole surface cannot be meshed or solved, submodels judge, unless
     the case asks for the whole by name; where neither can be made, the acceptance has failed.
     """
-    run = setup.problem.case.run
-    by_submodels = _judged_by_submodels(setup, analysed)
+    by_submodels = _judged_by_submodels(run, analysed)
     if by_submodels and (broken := _broken_anyhow(whole.rows)):
         announce.say("acceptance", f"submodels left out: {broken} is broken whatever they show")
         return NO_SUBMODELS

@@ -14,8 +14,7 @@ from gradedesign.design.loop.iteration_steps import (
     explicit_spacing,
 )
 from gradedesign.design.loop.planned_design import planned_design
-from gradedesign.design.resolve.problem import Problem
-from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.wall_grading import wall_grading
 from gradedesign.geometry.lattice.cell_layout import CellLayout
 from gradedesign.geometry.lattice.lattice import LatticeDesign
@@ -50,52 +49,51 @@ class Analysed:
 
 
 def analyse_design(
-    setup: Setup, rho: FloatArray, *, spacing: float | None = None, on_event: Listener = ignore
+    model: DesignModel,
+    rho: FloatArray,
+    *,
+    spacing: float | None = None,
+    on_event: Listener = ignore,
 ) -> Analysed:
     """Build the lattice of element densities and analyse it.
 
     ``spacing``, mm, is taken as it is; without it the resolution follows the thinnest wall and is
     refined until it holds what the field holds.
     """
-    return analyse_cells(with_cells(setup, rho), rho, spacing=spacing, on_event=on_event)
+    return analyse_cells(with_cells(model, rho), rho, spacing=spacing, on_event=on_event)
 
 
 def analyse_cells(
-    setup: Setup,
+    model: DesignModel,
     rho: FloatArray,
     *,
     spacing: float | None = None,
     at_most: float = inf,
     on_event: Listener = ignore,
 ) -> Analysed:
-    """Build the lattice of element densities in the cells of the setup and analyse it.
+    """Build the lattice of element densities in the cells of the model and analyse it.
 
     ``at_most``, mm, is the spacing of the iteration before: corrections include the error of its
     grid, so they are not valid on a coarser one. A coarser grid is taken, with a message, where the
     memory does not hold this one.
     """
-    problem, cells = setup.problem, setup.cells
-    grid = density_grid(problem, cells, rho)
-    design = build_design(problem, cells, grid)
+    analysis = model.plan.tools.analysis
+    grid = density_grid(model, rho)
+    design = build_design(model.plan.domain, model.cells, grid)
     grading = None
     if spacing is not None:
         resolution, follows = Resolution(spacing=spacing), spacing
     else:
-        follows = explicit_spacing(problem, cells, grid)
-        fine = small_solid_spacing(
-            problem.analysis,
-            planned_design(setup, rho),
-            follows,
-            stated=problem.case.run.states_resolution,
-        )
-        resolution = Resolution(
-            spacing=min(fine, at_most), coarsest=follows * problem.analysis.coarsest
-        )
-        if problem.analysis.name == FINITE_CELLS.name:
-            grading = wall_grading(problem, cells, grid, follows)
-    solid = printed_solid(problem, design, grading)
+        follows = explicit_spacing(model, grid)
+        planned = planned_design(model, rho)
+        stated = model.plan.case.run.states_resolution
+        fine = small_solid_spacing(analysis, planned, follows, stated=stated)
+        resolution = Resolution(spacing=min(fine, at_most), coarsest=follows * analysis.coarsest)
+        if analysis.name == FINITE_CELLS.name:
+            grading = wall_grading(model, grid, follows)
+    solid = printed_solid(model, design, grading)
     result = analyse_printed_solid(
-        problem.analysis,
+        analysis,
         solid,
         resolution,
         lambda message: on_event(Event(stage="explicit", message=message)),
@@ -104,27 +102,27 @@ def analyse_cells(
         design=design,
         solid=solid,
         result=result,
-        layout=cells.layout,
+        layout=model.cells.layout,
         remeshed_size=SURFACE_PER_ELEMENT * max(follows, result.mesh_size),
     )
 
 
 def printed_solid(
-    problem: Problem, design: LatticeDesign, grading: Field | None = None
+    model: DesignModel, design: LatticeDesign, grading: Field | None = None
 ) -> PrintedSolid:
     """A design with the loads, supports and limits of its case."""
-    case = problem.case
-    regions = {name: problem.part.regions[name] for name in problem.facets}
+    plan, case = model.plan, model.plan.case
+    regions = {name: plan.part.regions[name] for name in model.facets}
     return PrintedSolid(
         load_cases=case.load_case,
         memory=case.run.memory,
         design=design,
-        material=problem.material,
+        material=plan.material,
         regions=regions,
-        support_zones=problem.support_zones,
-        stress_limit=allowed_stress(case.limits, problem.material),
+        support_zones=plan.support_zones,
+        stress_limit=allowed_stress(case.limits, plan.material),
         percentile=case.limits.percentile,
-        solver=problem.solver,
-        mesher=problem.mesher,
+        solver=plan.tools.solver,
+        mesher=plan.tools.surface_mesher,
         grading=grading,
     )

@@ -13,8 +13,7 @@ from gradedesign.design.acceptance.submodel import SubmodelResult
 from gradedesign.design.case.run_schema import RunSpec
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.predicted_cost import CostPrediction
-from gradedesign.design.resolve.problem import part_volume
-from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.sizing.size import SizingStep
@@ -87,18 +86,17 @@ class Announcer:
         """Send one line."""
         self.listener(Event(stage=stage, message=message, values=values))
 
-    def part(self, setup: Setup) -> None:
+    def part(self, model: DesignModel) -> None:
         """Report the size of the part, the cell and the law."""
-        mesh = setup.problem.space.mesh
+        part, cells, lattice = model.homogenised, model.cells, model.plan.case.lattice
         self.say(
             "part",
-            f"{part_volume(setup.problem):.6g} mm^3, {mesh.tets.shape[1]} tets, "
-            f"{setup.problem.space.dof_count} dof; cell {setup.cells.cell.name} of "
-            f"{setup.problem.case.lattice.size_words}, law {setup.cells.law.name}, density "
-            f"{setup.cells.bounds[0]:.3g} to {setup.cells.bounds[1]:.3g}, method "
-            f"{setup.problem.case.lattice.method}",
+            f"{part.volumes.sum():.6g} mm^3, {part.volumes.size} tets, "
+            f"{part.space.dof_count} dof; cell {cells.cell.name} of "
+            f"{lattice.size_words}, law {cells.law.name}, density "
+            f"{cells.bounds[0]:.3g} to {cells.bounds[1]:.3g}, method {lattice.method}",
         )
-        self.warnings(setup.warnings)
+        self.warnings(model.warnings)
 
     def warnings(self, words: Sequence[str]) -> None:
         """Send warnings, one line each."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from gradedesign.common.system.progress import Event, Listener
@@ -10,10 +11,10 @@ from gradedesign.design.acceptance.whole_solid import WholeStage, judge_whole
 from gradedesign.design.loop.accepted_rows import without_band
 from gradedesign.design.loop.analysed import Analysed
 from gradedesign.design.loop.iteration import DesignIteration
-from gradedesign.design.resolve.problem import Problem
-from gradedesign.mechanics.explicit.analysis import Resolution
+from gradedesign.mechanics.explicit.analysis import ExplicitAnalysis, Resolution
 from gradedesign.mechanics.explicit.explicit import ExplicitResult, analyse_printed_solid
 from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS, ORDERS
+from gradedesign.mechanics.limits.limit import Limit
 from gradedesign.mechanics.limits.row import LimitRow
 
 #: Coarser over the finer spacing: that of acceptance, and a smaller one where walls fall apart at
@@ -22,7 +23,11 @@ RATIOS = (RATIO, 1.2)
 
 
 def best_rows(
-    problem: Problem, best: DesignIteration, analysed: Analysed, on_event: Listener
+    limits: Sequence[Limit],
+    analysis: ExplicitAnalysis,
+    best: DesignIteration,
+    analysed: Analysed,
+    on_event: Listener,
 ) -> tuple[LimitRow, ...]:
     """Rows of the limits by an explicit analysis, with the bands that a coarser one gives.
 
@@ -35,7 +40,7 @@ def best_rows(
         if spacing == size:
             return analysed.result
         return analyse_printed_solid(
-            problem.analysis,
+            analysis,
             analysed.solid,
             Resolution(spacing=spacing),
             lambda message: on_event(Event(stage="explicit", message=message)),
@@ -45,13 +50,13 @@ def best_rows(
         analyse=analyse,
         spacing=size,
         ratio=RATIOS[0],
-        orders=ORDERS if problem.analysis.name == FINITE_CELLS.name else None,
+        orders=ORDERS if analysis.name == FINITE_CELLS.name else None,
         judged_by="explicit analysis",
         need=lambda spacing: (spacing > size, "no acceptance asks for finer ones"),
     )
     rows: tuple[LimitRow, ...] = ()
     for ratio in RATIOS:
-        rows = judge_whole(problem.limits, replace(stage, ratio=ratio)).rows
+        rows = judge_whole(limits, replace(stage, ratio=ratio)).rows
         if not without_band(rows):
             break
     return (*rows, *(row for row in best.rows if row.homogenised))

@@ -15,7 +15,7 @@ import numpy as np
 from gradedesign.common.system.limits import Deadline
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.saturation import saturated
-from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.errors import GradeDesignError, ResourceError
 from gradedesign.mechanics.limits.verdict import Factors
 
@@ -59,7 +59,7 @@ TIGHT_END = Ended(by="tight", words="a limit is used to 97 % or no density can f
 
 
 def why_ended(
-    setup: Setup,
+    model: DesignModel,
     iterations: Sequence[DesignIteration],
     factors: Factors,
     deadline: Deadline,
@@ -69,7 +69,7 @@ def why_ended(
 
     Parameters
     ----------
-    setup : Setup
+    model : DesignModel
     iterations : sequence of DesignIteration
         Finished so far.
     factors : mapping of (name, load case) to float
@@ -80,7 +80,7 @@ def why_ended(
     """
     if not iterations:
         return None
-    words = saturated(setup, iterations, factors)
+    words = saturated(model, iterations, factors)
     if words is not None:
         return Ended(by="saturated", words=words)
     if stuck(iterations):
@@ -90,7 +90,7 @@ def why_ended(
             "change it; a higher upper density, another cell, smaller cells or a skin would help",
         )
     last = iterations[-1].summary.seconds
-    most = setup.problem.case.run.max_iterations
+    most = model.plan.case.run.max_iterations
     if len(iterations) >= most:
         return Ended(
             by="iterations",

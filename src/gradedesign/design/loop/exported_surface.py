@@ -11,7 +11,7 @@ from gradedesign.common.system.progress import report_step
 from gradedesign.design.loop.analysed import Analysed
 from gradedesign.design.resolve.lattice_files import chord_tolerance
 from gradedesign.design.resolve.outer_triangles import keeps_outer, outer_records
-from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.plan import Plan
 from gradedesign.errors import LatticeError
 from gradedesign.geometry.contour.islands import Islands
 from gradedesign.geometry.contour.surface import require_closed
@@ -28,7 +28,7 @@ WrittenBack: TypeAlias = Callable[[SurfaceMesh, bytes], tuple[SurfaceMesh, str]]
 
 
 def export_surface(
-    setup: Setup, written_back: WrittenBack, analysed: Analysed
+    plan: Plan, written_back: WrittenBack, analysed: Analysed
 ) -> tuple[SurfaceMesh, Islands, str]:
     """Extract the surface, drop islands, have it written as STL and read back.
 
@@ -48,12 +48,11 @@ def export_surface(
     ResourceError
         If the file that is read back is not the one that was written.
     """
-    design, problem = analysed.design, setup.problem
     size = analysed.result.solved.division.surface_size
     step = SURFACE_PER_SPACING * size
-    case, part = problem.case, problem.part.surface
+    case, part = plan.case, plan.part.surface
     surface, islands, _ = printed_surface(
-        design,
+        analysed.design,
         part,
         step,
         chord_tolerance(case.print),
@@ -67,6 +66,6 @@ def export_surface(
         raise LatticeError(
             f"the exported surface encloses {volume:.6g} mm^3 but the explicit analysis holds "
             f"{meshed:.6g} mm^3; the explicit grid of {size:.3g} mm is too coarse "
-            f"for {setup.cells.cell.name}: raise [run] elements_per_wall"
+            f"for {plan.cell.name}: raise [run] elements_per_wall"
         )
     return back, islands, digest

@@ -23,7 +23,7 @@ from gradedesign.design.loop.iteration_steps import (
 )
 from gradedesign.design.loop.lesson import Lesson, Prior, learn
 from gradedesign.design.resolve.cell_choice import element_bounds
-from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.mechanics.explicit.correction import (
     Correction,
     Discrepancy,
@@ -31,6 +31,7 @@ from gradedesign.mechanics.explicit.correction import (
     kept_share,
 )
 from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.limit import Limit
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.mechanics.limits.verdict import Factors, expected_factors
 from gradedesign.mechanics.sizing.filter import DensityFilter
@@ -80,7 +81,7 @@ class DesignIteration:
 
 
 def run_iteration(
-    setup: Setup,
+    model: DesignModel,
     previous: tuple[DesignIteration, ...],
     factors: Factors,
     density_filter: DensityFilter,
@@ -95,28 +96,31 @@ def run_iteration(
     """
     began = time.perf_counter()
     correction = previous[-1].correction if previous else Correction()
-    sized, told = next_design(setup, previous, factors, density_filter, on_step, on_event)
+    sized, told = next_design(model, previous, factors, density_filter, on_step, on_event)
     timing = {"sizing": time.perf_counter() - began}
-    setup = with_cells(setup, sized.rho)
-    predicted = predict(setup.model, setup.problem.limits, correction, sized.rho)
+    model = with_cells(model, sized.rho)
+    part, limits = model.homogenised, model.limits
+    predicted = predict(part, limits, correction, sized.rho)
     at_most = previous[-1].summary.spacing_mm if previous else inf
     meshing = time.perf_counter()
-    analysed = analyse_cells(setup, sized.rho, at_most=at_most, on_event=on_event)
+    analysed = analyse_cells(model, sized.rho, at_most=at_most, on_event=on_event)
     timing["explicit solve"] = analysed.result.seconds
     timing["explicit mesh"] = time.perf_counter() - meshing - analysed.result.seconds
     report_step("learning from the explicit analysis")
     lesson = learn(
-        setup.model,
-        setup.problem.limits,
+        part,
+        limits,
         Prior(correction=correction, discrepancies=tuple(i.discrepancy for i in previous)),
         predicted,
         analysed.result,
         sized.rho,
     )
-    told = {key: told.get(key, float(model.value)) for key, model in predicted.values.items()}
+    told = {key: told.get(key, float(value.value)) for key, value in predicted.values.items()}
+    weights = part.lattice_volumes
     summary = replace(
-        compared(setup, correction, sized, told, analysed, lesson),
+        compared(limits, correction, sized, told, analysed, lesson),
         number=len(previous) + 1,
+        mean_density=float(weights @ sized.rho / weights.sum()),
         seconds=time.perf_counter() - began,
         timing_s={name: round(value, 3) for name, value in timing.items()},
     )
@@ -126,7 +130,7 @@ def run_iteration(
         correction=lesson.correction,
         variables=sized.variables,
         rho=sized.rho,
-        at_lower_bound=touches_lower_bound(setup, sized.rho),
+        at_lower_bound=touches_lower_bound(sized.rho, weights, element_bounds(model.cells)[0]),
         discrepancy=lesson.discrepancy,
         expected=expected_factors(lesson.rows, analysed.result.traction_residual),
     )
@@ -134,7 +138,7 @@ def run_iteration(
 
 
 def next_design(
-    setup: Setup,
+    model: DesignModel,
     previous: tuple[DesignIteration, ...],
     factors: Factors,
     density_filter: DensityFilter,
@@ -147,7 +151,7 @@ def next_design(
     if between is not None:
         return mixed_design(previous, between, on_event), between.values
     sized = size_design(
-        with_cells(setup, previous[-1].rho) if previous else setup,
+        with_cells(model, previous[-1].rho) if previous else model,
         previous[-1].correction if previous else Correction(),
         factors,
         density_filter,
@@ -192,23 +196,22 @@ def sizing_plan(previous: Sequence[DesignIteration]) -> SizingPlan:
 
 
 def compared(
-    setup: Setup,
+    limits: Sequence[Limit],
     correction: Correction,
     sized: SizingResult,
     predicted: Mapping[LimitKey, float],
     analysed: Analysed,
     lesson: Lesson,
 ) -> Iteration:
-    """Predicted and explicit values of a design, without number and duration."""
+    """Predicted and explicit values of a design, without number, duration and mean density."""
     result, rows, explicit = analysed.result, lesson.rows, lesson.explicit
     discrepancies = dict(discrepancy_between(predicted, explicit, governing=None).values)
     masses, division = result.masses_g, result.solved.division
-    weights = setup.model.lattice_volumes
     return Iteration(
         number=0,
         lattice_mass_g=masses["lattice"],
         mass_g=sum(masses.values()),
-        mean_density=float(weights @ sized.rho / weights.sum()),
+        mean_density=0.0,
         limits=tuple(
             LimitIteration(
                 key=limit.key,
@@ -219,7 +222,7 @@ def compared(
                 discrepancy=discrepancies.get(limit.key),
                 factor=correction.factor(limit.key),
             )
-            for limit in setup.problem.limits
+            for limit in limits
         ),
         utilisation=max((row.utilisation for row in rows), default=0.0),
         passed=all(row.passed for row in rows),
@@ -234,11 +237,9 @@ def compared(
     )
 
 
-def touches_lower_bound(setup: Setup, rho: FloatArray) -> bool:
-    """Whether a density of the lattice is at its lower bound."""
-    low, _ = element_bounds(setup.cells)
-    active = setup.model.lattice_volumes > 0
-    return bool((rho <= low * (1 + AT_BOUND))[active].all())
+def touches_lower_bound(rho: FloatArray, weights: FloatArray, low: FloatArray) -> bool:
+    """Whether every density where there is lattice, by volumes ``(M,)``, is at its lower bound."""
+    return bool((rho <= low * (1 + AT_BOUND))[weights > 0].all())
 
 
 def aim_of(previous: Sequence[DesignIteration]) -> float:

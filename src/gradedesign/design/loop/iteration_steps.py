@@ -11,14 +11,15 @@ from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import report_step
 from gradedesign.design.resolve.analysable import grid_spacing
 from gradedesign.design.resolve.cell_choice import CellChoice
-from gradedesign.design.resolve.problem import Problem
-from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.design_model import DesignModel
+from gradedesign.design.resolve.plan import Plan
 from gradedesign.design.resolve.thinnest_wall import thinnest_wall
 from gradedesign.design.resolve.zoning import node_windows
 from gradedesign.errors import LatticeError
 from gradedesign.geometry.cell.cells import single
 from gradedesign.geometry.contour.sample import grid_points
 from gradedesign.geometry.lattice.density_grid import DensityGrid, density_grid_from_elements
+from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign
 from gradedesign.geometry.tets.tet_mesh import centroids
 from gradedesign.mechanics.explicit.correction import Correction, energy_weighted_density
@@ -100,15 +101,15 @@ def tightened_limits(limits: Sequence[Limit], factors: Factors) -> tuple[Limit, 
     )
 
 
-def design_filter(setup: Setup) -> DensityFilter:
+def design_filter(model: DesignModel) -> DensityFilter:
     """Filter from design variables to element densities; every iteration of a run shares it."""
     report_step("filter of densities")
-    mesh = setup.problem.space.mesh
-    if setup.problem.case.lattice.grading == "uniform":
-        return uniform_filter(mesh.tets.shape[1])
-    radius = setup.problem.case.lattice.filter_radius * setup.cells.layout.typical
-    weights = setup.model.volumes * np.maximum(1 - setup.model.solid_fraction, 1e-6)
-    return cone_filter(centroids(mesh), weights, radius)
+    part, lattice = model.homogenised, model.plan.case.lattice
+    if lattice.grading == "uniform":
+        return uniform_filter(part.volumes.size)
+    weights = part.volumes * np.maximum(1 - part.solid_fraction, 1e-6)
+    radius = lattice.filter_radius * model.cells.layout.typical
+    return cone_filter(centroids(part.space.mesh), weights, radius)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -133,7 +134,7 @@ class SizingPlan:
 
 
 def size_design(
-    setup: Setup,
+    model: DesignModel,
     correction: Correction,
     factors: Factors,
     density_filter: DensityFilter,
@@ -146,21 +147,21 @@ def size_design(
     analysis did: the limits are that much tighter here.
     """
     sizing = SizingProblem(
-        model=corrected_model(setup.model, correction),
-        limits=tightened_limits(corrected_limits(setup.problem.limits, correction), factors),
-        bounds=setup.cells.bounds,
+        model=corrected_model(model.homogenised, correction),
+        limits=tightened_limits(corrected_limits(model.limits, correction), factors),
+        bounds=model.cells.bounds,
         filter=density_filter,
-        windows=None if setup.cells.zoning is None else setup.cells.zoning.windows,
+        windows=None if model.cells.zoning is None else model.cells.zoning.windows,
         target=plan.target,
     )
-    case = setup.problem.case
+    case = model.plan.case
     if case.lattice.by_stress:
         return size_by_stress(
-            sizing, setup.solutions, allowed_stress(case.limits, setup.problem.material),
+            sizing, model.solutions, allowed_stress(case.limits, model.plan.material),
             start=None if plan.start is None else float(plan.start[0]),
             max_iterations=plan.most_iterations, on_step=on_step,
         )  # fmt: skip
-    cell = setup.cells.cell
+    cell = model.cells.cell
     stated = (
         case.model_dump_json(include=SIZED_BY),
         case.part.element_size,
@@ -177,16 +178,17 @@ def size_design(
     )
 
 
-def density_grid(problem: Problem, cells: CellChoice, rho: FloatArray) -> DensityGrid:
+def density_grid(model: DesignModel, rho: FloatArray) -> DensityGrid:
     """The density field from which the lattice is built.
 
     Where zones have different bounds, the relative position of every density between its bounds is
     smoothed, so that the field keeps the local bounds.
     """
     report_step("density field")
-    cell = problem.case.lattice.cell_size
-    spacing = min(cell / NODES_PER_CELL, problem.case.part.element_size)
-    mesh, margin, zoning = problem.space.mesh, 0.5 * cell, cells.zoning
+    case = model.plan.case
+    cell = case.lattice.cell_size
+    spacing = min(cell / NODES_PER_CELL, case.part.element_size)
+    mesh, margin, zoning = model.homogenised.space.mesh, 0.5 * cell, model.cells.zoning
     if zoning is None or zoning.windows is None:
         return density_grid_from_elements(mesh, rho, spacing=spacing, margin=margin)
     low, high = zoning.windows
@@ -201,10 +203,10 @@ def density_grid(problem: Problem, cells: CellChoice, rho: FloatArray) -> Densit
     return replace(heights, values=below + (above - below) * heights.values)
 
 
-def build_design(problem: Problem, cells: CellChoice, grid: DensityGrid) -> LatticeDesign:
+def build_design(domain: DesignDomain, cells: CellChoice, grid: DensityGrid) -> LatticeDesign:
     """The lattice of a density field."""
     return LatticeDesign(
-        domain=problem.domain,
+        domain=domain,
         cells=single(cells.cell) if cells.zoning is None else cells.zoning.cells,
         cell_map=cells.layout.cell_map,
         cell_size=cells.layout.typical,
@@ -212,7 +214,7 @@ def build_design(problem: Problem, cells: CellChoice, grid: DensityGrid) -> Latt
     )
 
 
-def explicit_spacing(problem: Problem, cells: CellChoice, grid: DensityGrid) -> float:
+def explicit_spacing(model: DesignModel, grid: DensityGrid) -> float:
     """Element size of the explicit analysis from the thinnest wall or layer of a design, mm.
 
     Raises
@@ -220,27 +222,26 @@ def explicit_spacing(problem: Problem, cells: CellChoice, grid: DensityGrid) -> 
     LatticeError
         If the thinnest wall is thinner than [print] min_wall.
     """
-    case = problem.case
+    printer = model.plan.case.print
     report_step("thinnest wall")
-    thinnest, element = thinnest_wall(problem, cells, grid)
-    least = None if case.print is None else case.print.min_wall
+    thinnest, element = thinnest_wall(model.homogenised, model.cells, grid)
+    least = None if printer is None else printer.min_wall
     if least is not None and thinnest < least * (1 - 1e-6):
         raise LatticeError(
             f"the thinnest wall is {thinnest:.3g} mm, less than [print] min_wall "
             f"{least:g} mm; raise the lower density"
         )
-    return explicit_spacing_for(problem, element)
+    return explicit_spacing_for(model.plan, element)
 
 
-def explicit_spacing_for(problem: Problem, element: float) -> float:
+def explicit_spacing_for(plan: Plan, element: float) -> float:
     """Element size that the case states, or that follows the layers and walls, mm.
 
     ``element``, mm, is the size that the thinnest wall needs.
     """
-    case = problem.case
-    if case.run.explicit_mesh_size is not None:
-        return case.run.explicit_mesh_size
-    return float(grid_spacing(problem.domain, element, 1.0, problem.analysis))
+    if plan.case.run.explicit_mesh_size is not None:
+        return plan.case.run.explicit_mesh_size
+    return float(grid_spacing(plan.domain, element, 1.0, plan.tools.analysis))
 
 
 def predict(

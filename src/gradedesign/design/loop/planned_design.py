@@ -6,38 +6,38 @@ import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.design.resolve.cell_choice import CellChoice
+from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.planned_solid import planned_part, planned_solid
-from gradedesign.design.resolve.setup import Setup
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.cell_surface import CellSurface, cell_surface
 from gradedesign.geometry.tets.tet_mesh import TetMesh, centroids
 from gradedesign.mechanics.explicit.analysis import PlannedSolid
 
 
-def planned_design(setup: Setup, rho: float | FloatArray) -> PlannedSolid:
+def planned_design(model: DesignModel, rho: float | FloatArray) -> PlannedSolid:
     """Box, volume and surface of the solid that a design will have.
 
     Parameters
     ----------
-    setup : Setup
+    model : DesignModel
     rho : float or (M,) array
         Relative density of the lattice, for every element of the part.
     """
-    problem, model = setup.problem, setup.model
-    latticed = model.volumes * (1.0 - model.solid_fraction)
+    plan, homogenised = model.plan, model.homogenised
+    latticed = homogenised.lattice_volumes
     weights = latticed / max(float(latticed.sum()), 1e-300)
     density = np.broadcast_to(np.asarray(rho, dtype=np.float64), weights.shape)
     part = planned_part(
-        problem.part.surface,
-        problem.domain,
+        plan.part.surface,
+        plan.domain,
         latticed=float(latticed.sum()),
-        solid=float(model.volumes @ model.solid_fraction),
-        load_cases=len(problem.case.load_case),
-        goals=sum(limit.goal() is not None for limit in problem.limits),
+        solid=float(homogenised.volumes @ homogenised.solid_fraction),
+        load_cases=len(plan.case.load_case),
+        goals=sum(limit.goal() is not None for limit in model.limits),
     )
     surfaces = CellSurface(np.zeros(weights.shape), np.zeros(weights.shape))
-    for cell, here in _elements_by_cell(setup.cells, problem.space.mesh):
-        of_cell = cell_surface(cell, density[here], setup.cells.layout.typical)
+    for cell, here in _elements_by_cell(model.cells, homogenised.space.mesh):
+        of_cell = cell_surface(cell, density[here], model.cells.layout.typical)
         surfaces.projections[here], surfaces.curvature[here] = of_cell
     mean = CellSurface(weights @ surfaces.projections, weights @ surfaces.curvature)
     return planned_solid(part, float(weights @ density), mean)

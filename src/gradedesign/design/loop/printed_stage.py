@@ -19,7 +19,7 @@ from gradedesign.design.acceptance.whole_solid import WholeStage
 from gradedesign.design.loop.analysed import Analysed
 from gradedesign.design.loop.planned_design import planned_design
 from gradedesign.design.resolve.cell_choice import cells_in_zones
-from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.geometry.triangles.printed_field import field_within, surface_search
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.mechanics.explicit.analysis import Resolution
@@ -33,19 +33,23 @@ BAND = 2.0
 
 
 def printed_stage(
-    setup: Setup, surface: SurfaceMesh, analysed: Analysed, rho: FloatArray, on_event: Listener
+    model: DesignModel,
+    surface: SurfaceMesh,
+    analysed: Analysed,
+    rho: FloatArray,
+    on_event: Listener,
 ) -> WholeStage:
     """Finite cells on the surface as read back from its file.
 
     The first spacing resolves walls and struts as the explicit analysis does. ``rho`` is the
     density of every element of the part, from which the cost of a spacing follows.
     """
-    run, solid = setup.problem.case.run, analysed.solid
+    run, solid = model.plan.case.run, analysed.solid
     division = analysed.result.solved.division
-    planned = replace(planned_design(setup, rho), volume=analysed.result.volume)
+    planned = replace(planned_design(model, rho), volume=analysed.result.volume)
     search = surface_search(surface)
     goals: dict[Hashable, DisplacementGoal] = {
-        limit.key: goal for limit in setup.problem.limits if (goal := limit.goal()) is not None
+        limit.key: goal for limit in model.limits if (goal := limit.goal()) is not None
     }
 
     def need(spacing: float) -> tuple[bool, str]:
@@ -69,8 +73,8 @@ def printed_stage(
     return WholeStage(
         analyse=analyse,
         spacing=min(
-            first_spacing(setup.problem.analysis, analysed.result.mesh_size, cell)
-            for cell, _, _ in cells_in_zones(setup.cells)
+            first_spacing(model.plan.tools.analysis, analysed.result.mesh_size, cell)
+            for cell, _, _ in cells_in_zones(model.cells)
         ),
         ratio=RATIO,
         orders=ORDERS,

@@ -21,8 +21,7 @@ from gradedesign.design.loop.predicted_cost import (
 )
 from gradedesign.design.loop.run_work import run_work
 from gradedesign.design.loop.solver_room import require_solver_takes
-from gradedesign.design.resolve.setup import Setup
-from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.design.resolve.design_model import DesignModel
 
 
 @dataclass(slots=True, kw_only=True)
@@ -55,7 +54,7 @@ class RunCost:
         spent = sum(i.summary.seconds for i in iterations)
         return replace(self.clock, start=self.clock.start - spent)
 
-    def predict(self, setup: Setup, solid: Sequence[LimitRow], announce: Announcer) -> None:
+    def predict(self, model: DesignModel, announce: Announcer) -> None:
         """Predict from the prepared case and report it.
 
         Raises
@@ -63,14 +62,14 @@ class RunCost:
         ResourceError
             If the linear solver of the case cannot take what is to come.
         """
-        self.work = run_work(setup, solid)
-        problem = setup.problem
+        self.work = run_work(model)
+        plan = model.plan
         require_solver_takes(
-            problem.solver,
+            plan.tools.solver,
             self.work,
             self.budget.submodel_count,
-            problem.case.where,
-            bricks=problem.case.part.bricks is not None,
+            plan.case.where,
+            bricks=plan.case.part.bricks is not None,
         )
         self.before = predict_cost(self.work)
         announce.cost(self.before, self.budget)

@@ -14,11 +14,13 @@ from gradedesign.design.case.run_schema import RunSpec
 from gradedesign.design.loop.iteration_steps import explicit_spacing_for
 from gradedesign.design.loop.planned_design import planned_design
 from gradedesign.design.loop.predicted_cost import RunWork
-from gradedesign.design.resolve.cell_choice import cells_in_zones
-from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.cell_choice import CellChoice, cells_in_zones
+from gradedesign.design.resolve.design_model import DesignModel
+from gradedesign.design.resolve.plan import Plan
 from gradedesign.geometry.cell.wall_size import wall_mm
 from gradedesign.mechanics.explicit.analysis import SURFACE_PER_ELEMENT, PlannedSolid
 from gradedesign.mechanics.explicit.small_solid import small_solid_spacing
+from gradedesign.mechanics.limits.limit import Limit
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.mechanics.material.scaling_law import has_strength
 
@@ -29,40 +31,36 @@ USUAL_SHARE = 1.0 / 3.0
 SAMPLES = 65
 
 
-def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
+def run_work(model: DesignModel) -> RunWork:
     """Work of a run before it.
 
     Parameters
     ----------
-    setup : Setup
-    solid : sequence of LimitRow
-        Limits on the fully solid part, where they are known: they tell how much stiffness and
-        strength a lattice may give up. Without them sizing is taken to end at a third of the
-        window.
+    model : DesignModel
+        Its limits on the fully solid part tell how much stiffness and strength a lattice may give
+        up. Without them sizing is taken to end at a third of the window.
 
     Returns
     -------
     RunWork
     """
-    case = setup.problem.case
-    density = guessed_density(setup, solid)
-    planned = planned_design(setup, density)
-    walls, spacing = predicted_spacings(setup, density, planned)
-    explicit = setup.problem.analysis.estimate(planned, spacing)
-    first = min(
-        first_spacing(setup.problem.analysis, spacing, cell)
-        for cell, _, _ in cells_in_zones(setup.cells)
-    )
+    plan, cells = model.plan, model.cells
+    case, analysis = plan.case, plan.tools.analysis
+    density = guessed_density(cells, model.limits, model.solid)
+    planned = planned_design(model, density)
+    walls, spacing = predicted_spacings(plan, cells, density, planned)
+    explicit = analysis.estimate(planned, spacing)
+    first = min(first_spacing(analysis, spacing, cell) for cell, _, _ in cells_in_zones(cells))
     return RunWork(
-        part_dofs=setup.problem.space.dof_count,
+        part_dofs=model.homogenised.space.dof_count,
         load_cases=len(case.load_case),
-        adjoint_solves=sum(limit.by_gradient for limit in setup.problem.limits),
+        adjoint_solves=sum(limit.by_gradient for limit in model.limits),
         explicit_dofs=explicit.unknowns,
         explicit_memory=explicit.memory_bytes,
         explicit_mesh_s=explicit.mesh_s,
         explicit_solve_s=explicit.solve_s,
         whole_s=judged_seconds(planned, first, explicit.unknowns, case.run.memory, case.run.time),
-        mesher_tets=remeshed_tets(case.run, planned, walls, density, setup.cells.layout.typical),
+        mesher_tets=remeshed_tets(case.run, planned, walls, density, cells.layout.typical),
         iterations=case.run.max_iterations,
     )
 
@@ -82,40 +80,41 @@ def remeshed_tets(
     return int(min(1.0, share) * tets)
 
 
-def predicted_spacings(setup: Setup, density: float, planned: PlannedSolid) -> tuple[float, float]:
+def predicted_spacings(
+    plan: Plan, cells: CellChoice, density: float, planned: PlannedSolid
+) -> tuple[float, float]:
     """Element size that walls ask for and that of the explicit analysis, mm.
 
     Of a mean density of the lattice. Graded designs reach the lower bound somewhere, and the
     elements follow their thinnest wall, or what of it the memory holds.
     """
-    problem, cells = setup.problem, setup.cells
-    case = problem.case
+    case, analysis = plan.case, plan.tools.analysis
     uniform, least = case.lattice.grading == "uniform", cells.layout.least
     elements = []
     for cell, bounds, per_wall in cells_in_zones(cells):
         thinnest = density if uniform else bounds[0]
         wall = case.lattice.wall or float(wall_mm(cell, thinnest, least))
         elements.append(wall / per_wall)
-    follows = explicit_spacing_for(problem, min(elements))
+    follows = explicit_spacing_for(plan, min(elements))
     stated = case.run.states_resolution
-    fine = small_solid_spacing(problem.analysis, planned, follows, stated=stated)
-    fitted = problem.analysis.fitted_spacing(planned, fine, case.run.memory)
+    fine = small_solid_spacing(analysis, planned, follows, stated=stated)
+    fitted = analysis.fitted_spacing(planned, fine, case.run.memory)
     return max(follows, fitted), fitted
 
 
-def guessed_density(setup: Setup, solid: Sequence[LimitRow] = ()) -> float:
+def guessed_density(cells: CellChoice, limits: Sequence[Limit], solid: Sequence[LimitRow]) -> float:
     """Mean density at which the lattice, by the law, uses up the margin of the solid part."""
-    low, high = setup.cells.bounds
+    low, high = cells.bounds
     if not solid:
         return low + (high - low) * USUAL_SHARE
     rho = np.linspace(low, high, SAMPLES)
-    stiffness = np.moveaxis(setup.cells.law.stiffness(rho), -1, 0)
+    stiffness = np.moveaxis(cells.law.stiffness(rho), -1, 0)
     modulus = 1.0 / np.linalg.inv(stiffness)[:, 0, 0]
-    stiff = {limit.key.kind for limit in setup.problem.limits if limit.follows_stiffness}
+    stiff = {limit.key.kind for limit in limits if limit.follows_stiffness}
     soft = max((row.utilisation for row in solid if row.key.kind in stiff), default=0.0)
     weak = max((row.utilisation for row in solid if row.key.kind not in stiff), default=0.0)
     guess = float(np.interp(soft, modulus, rho))
-    if not has_strength(setup.cells.law):
+    if not has_strength(cells.law):
         return guess
-    strength = np.asarray(setup.cells.law.strength(rho), dtype=np.float64)
+    strength = np.asarray(cells.law.strength(rho), dtype=np.float64)
     return max(guess, float(np.interp(weak, strength, rho)))

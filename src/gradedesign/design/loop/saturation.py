@@ -15,14 +15,15 @@ from gradedesign.design.loop.iteration_steps import (
     tightened_limits,
 )
 from gradedesign.design.resolve.cell_choice import element_bounds
+from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.open_loads import open_regions, plate_key
-from gradedesign.design.resolve.setup import Setup
 from gradedesign.mechanics.fe.elastic_system import ElasticSystem
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.limit import Limit
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.mechanics.limits.verdict import Factors, with_factors
 from gradedesign.mechanics.sizing.homogenised import homogenised_system
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 from gradedesign.mechanics.sizing.responses import response_gradients, solve_adjoints
 from gradedesign.mechanics.sizing.state import SolvedState, solved_state
 
@@ -35,7 +36,9 @@ NO_GAIN = 0.02
 AT_BOUND = 1e-2
 
 
-def saturated(setup: Setup, iterations: Sequence[DesignIteration], factors: Factors) -> str | None:
+def saturated(
+    model: DesignModel, iterations: Sequence[DesignIteration], factors: Factors
+) -> str | None:
     """Sentence on the limit that no density of this lattice can hold, or None.
 
     Of a limit by gradient every density matters by its sensitivity: it is out of reach once all
@@ -45,7 +48,7 @@ def saturated(setup: Setup, iterations: Sequence[DesignIteration], factors: Fact
 
     Parameters
     ----------
-    setup : Setup
+    model : DesignModel
     iterations : sequence of DesignIteration
         In order, with their explicit values; limits that the last one breaks are looked at.
     factors : mapping of LimitKey to float
@@ -56,7 +59,7 @@ def saturated(setup: Setup, iterations: Sequence[DesignIteration], factors: Fact
     str or None
         One sentence: the limit, and what would help.
     """
-    limits = {limit.key: limit for limit in setup.problem.limits}
+    limits = {limit.key: limit for limit in model.limits}
     missed = [
         row
         for row in never_held([iteration.rows for iteration in iterations], factors)
@@ -64,11 +67,11 @@ def saturated(setup: Setup, iterations: Sequence[DesignIteration], factors: Fact
     ]
     if not missed:
         return None
-    solved = _solved(setup, iterations[-1])
+    solved = _solved(model.homogenised, model.limits, iterations[-1])
     for row in sorted(missed, key=lambda r: -r.utilisation):
-        gain = _gain(setup, solved, row.key, factors)
+        gain = _gain(solved, row.key, factors, element_bounds(model.cells))
         if gain is not None and row.utilisation * (1.0 - SAFETY * gain) > 1.0:
-            return sentence(setup, row, gain)
+            return sentence(model, row, gain)
     return None
 
 
@@ -96,9 +99,9 @@ class _Solved:
     system: ElasticSystem
 
 
-def _solved(setup: Setup, iteration: DesignIteration) -> _Solved:
-    model = corrected_model(setup.model, iteration.correction)
-    limits = corrected_limits(setup.problem.limits, iteration.correction)
+def _solved(part: HomogenisedModel, limits: Sequence[Limit], iteration: DesignIteration) -> _Solved:
+    model = corrected_model(part, iteration.correction)
+    limits = corrected_limits(limits, iteration.correction)
     system = homogenised_system(model, iteration.rho)
     return _Solved(
         limits={limit.key: limit for limit in limits},
@@ -107,13 +110,18 @@ def _solved(setup: Setup, iteration: DesignIteration) -> _Solved:
     )
 
 
-def _gain(setup: Setup, solved: _Solved, key: LimitKey, factors: Factors) -> float | None:
+def _gain(
+    solved: _Solved, key: LimitKey, factors: Factors, bounds: tuple[FloatArray, FloatArray]
+) -> float | None:
     """Share of a value that densities at their bounds could take away; None: unknown."""
     limit, rho = solved.limits[key], solved.state.rho
     if limit.by_gradient:
-        return density_gain(relative_slope(solved, limit), rho, element_bounds(setup.cells))
+        return density_gain(relative_slope(solved, limit), rho, bounds)
     (tight,) = tightened_limits([limit], factors)
-    return 0.0 if needy_at_bound(tight.least_density(solved.state), rho, setup) else None
+    lattice = solved.state.model.solid_fraction < 1
+    needy = lattice & (tight.least_density(solved.state) > rho * (1 + AT_BOUND))
+    full = rho >= bounds[1] * (1 - AT_BOUND)
+    return 0.0 if needy.any() and full[needy].all() else None
 
 
 def relative_slope(solved: _Solved, limit: Limit) -> FloatArray:
@@ -143,25 +151,18 @@ def density_gain(
     return float(np.maximum(-slope * (high - rho), slope * (rho - low)).sum())
 
 
-def needy_at_bound(wanted: FloatArray, rho: FloatArray, setup: Setup) -> bool:
-    """Whether there are tetrahedra that need more density, and all are at the upper bound."""
-    lattice = setup.model.solid_fraction < 1
-    needy = lattice & (wanted > rho * (1 + AT_BOUND))
-    full = rho >= element_bounds(setup.cells)[1] * (1 - AT_BOUND)
-    return bool(needy.any() and full[needy].all())
-
-
-def sentence(setup: Setup, row: LimitRow, gain: float) -> str:
+def sentence(model: DesignModel, row: LimitRow, gain: float) -> str:
     """The limit that is out of reach, and what would help."""
-    upper = setup.cells.bounds[1]
-    window = min(setup.cells.cell.window[1], setup.cells.law.window[1])
+    plan, cells = model.plan, model.cells
+    upper = cells.bounds[1]
+    window = min(cells.cell.window[1], cells.law.window[1])
     helps = ["another cell", "smaller cells"]
-    if not setup.problem.domain.ties_faces:
+    if not plan.domain.ties_faces:
         helps.insert(1, "a skin")
     if window > upper * (1 + AT_BOUND):
         helps.insert(0, f"[lattice] density up to {window:.3g}")
-    problem, size = setup.problem, setup.cells.layout.typical
-    if row.key.region in open_regions(problem.case.load_case, problem.part, problem.domain, size):
+    size = cells.layout.typical
+    if row.key.region in open_regions(plan.case.load_case, plan.part, plan.domain, size):
         helps.insert(0, plate_key(row.key.region, size))
     why = (
         f"every density that matters for it stands at the upper bound of {upper:.3g}"

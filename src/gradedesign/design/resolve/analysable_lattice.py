@@ -1,4 +1,4 @@
-"""The explicit analysis of a resolved case, with the densities that its budgets can analyse."""
+"""The explicit analysis of a plan case, with the densities that its budgets can analyse."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from gradedesign.design.resolve.analysable import (
     analysable_bounds,
     analysable_together,
 )
+from gradedesign.design.resolve.plan import Plan, stated_zones
 from gradedesign.design.resolve.planned_solid import planned_part
-from gradedesign.design.resolve.resolved_case import ResolvedCase, stated_zones
 from gradedesign.errors import ResourceError
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.mechanics.limits.limit import stated_goals
 
 
 def analysable_lattice(
-    resolved: ResolvedCase,
+    plan: Plan,
     bounds: Sequence[tuple[float, float]],
     *,
     latticed: float,
@@ -29,7 +29,7 @@ def analysable_lattice(
 
     Parameters
     ----------
-    resolved : ResolvedCase
+    plan : Plan
     bounds : sequence of (float, float)
         Density windows of user, cell, law and printer of every zone, one without zones.
     latticed, solid : float, mm^3
@@ -41,33 +41,33 @@ def analysable_lattice(
         If the memory of the case holds no density of its window.
     """
     part = planned_part(
-        resolved.part.surface,
-        resolved.domain,
+        plan.part.surface,
+        plan.domain,
         latticed=latticed,
         solid=solid,
-        load_cases=len(resolved.case.load_case),
-        goals=stated_goals(resolved.limits),
+        load_cases=len(plan.case.load_case),
+        goals=stated_goals(plan.limits),
     )
     able = analysable_together(
         [
             analysable_bounds(
-                resolved.case.lattice,
-                resolved.case.run,
+                plan.case.lattice,
+                plan.case.run,
                 zone.cell,
                 window,
-                resolved.layout.least,
-                resolved.analysis,
+                plan.layout.least,
+                plan.tools.analysis,
                 part=part,
-                domain=resolved.domain,
+                domain=plan.domain,
             )
-            for zone, window in zip(stated_zones(resolved), bounds, strict=True)
+            for zone, window in zip(stated_zones(plan), bounds, strict=True)
         ]
     )
     if able.refusal:
-        raise ResourceError(f"{resolved.case.where('run.memory')}: {able.refusal}")
-    if resolved.case.run.stop_after != "verdict":
+        raise ResourceError(f"{plan.case.where('run.memory')}: {able.refusal}")
+    if plan.case.run.stop_after != "verdict":
         return able
-    return replace(able, warnings=(*joined_faces(able, resolved.part.surface), *able.warnings))
+    return replace(able, warnings=(*joined_faces(able, plan.part.surface), *able.warnings))
 
 
 def joined_faces(able: Analysable, surface: SurfaceMesh) -> tuple[str, ...]:

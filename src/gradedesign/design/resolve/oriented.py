@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -12,10 +13,9 @@ from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.values.locate import Where, locating
 from gradedesign.common.values.value_types import Triple
 from gradedesign.design.resolve.cell_choice import cell_axes
-from gradedesign.design.resolve.problem import Problem
+from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.resolve import density_bounds
-from gradedesign.design.resolve.setup import Setup
-from gradedesign.design.resolve.solid import solid_stiffness
+from gradedesign.design.resolve.solid_part import dense_stiffness
 from gradedesign.design.resolve.stated_directions import stated_directions
 from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.cell_layout import cell_layout, layout_warnings
@@ -29,7 +29,7 @@ from gradedesign.geometry.part.part import Part
 from gradedesign.geometry.tets.tet_mesh import centroids
 from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.stress import element_stress
-from gradedesign.mechanics.sizing.homogenised_model import bond_matrix
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel, bond_matrix
 
 
 def oriented_frames(spec: LatticeSpec, part: Part, tensor_of: Field, where: Where) -> Field:
@@ -72,14 +72,13 @@ def alignment(
     return report
 
 
-def oriented(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
-    """The setup with cells along the directions that its case states; unchanged without any.
+def oriented(model: DesignModel) -> DesignModel:
+    """The model with cells along the directions that its case states; unchanged without any.
 
     Parameters
     ----------
-    setup : Setup
-    solutions : tuple of Solution
-        Of the fully solid part.
+    model : DesignModel
+        Its solid part analysed, where cells follow the stress in that.
 
     Raises
     ------
@@ -88,21 +87,21 @@ def oriented(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
     LatticeError
         If the map folds.
     """
-    problem, cells = setup.problem, setup.cells
-    case = problem.case
-    if case.lattice.orientation is None:
-        return setup
-    tensor_of = stated_directions(
-        case.lattice.orientation, problem.domain.distance, case.run.memory, case.where
+    plan, cells = model.plan, model.cells
+    case, orientation = plan.case, plan.case.lattice.orientation
+    if orientation is None:
+        return model
+    tensor_of = stated_directions(orientation, plan.domain.distance, case.run.memory, case.where)
+    tensor_of = tensor_of or _solid_stress(
+        model.homogenised, model.solutions, orientation.load_case
     )
-    tensor_of = tensor_of or _solid_stress(problem, solutions)
-    frames = oriented_frames(case.lattice, problem.part, tensor_of, case.where)
+    frames = oriented_frames(case.lattice, plan.part, tensor_of, case.where)
     if case.lattice.graded_size:
         # The map itself follows from the densities that sizing finds.
-        return replace(setup, cells=replace(cells, frames=frames))
+        return replace(model, cells=replace(cells, frames=frames))
     wanted = constant_size(case.lattice.edges[0])
     with locating(case.where, "lattice.orientation"):
-        cell_map = graded_map(case.lattice, case.where, problem.part, wanted, frames)
+        cell_map = graded_map(case.lattice, case.where, plan.part, wanted, frames)
         layout = cell_layout(cell_map, cells.layout.points, case.lattice.edges, wanted=wanted)
     report = {
         **layout.report,
@@ -111,38 +110,37 @@ def oriented(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
     bounds, _ = density_bounds(
         case.lattice, case.print, cells.cell, cells.law, layout.least, case.where
     )
+    rotation = bond_matrix(cell_axes(layout, model.homogenised.space))
     return replace(
-        setup,
+        model,
         cells=replace(
             cells,
             frames=frames,
             bounds=bounds,
             layout=replace(layout, typical=cells.layout.typical, report=report),
         ),
-        model=replace(setup.model, rotation=bond_matrix(cell_axes(layout, problem.space))),
-        warnings=(*setup.warnings, *layout_warnings(layout, cells.law.name)),
+        homogenised=replace(model.homogenised, rotation=rotation),
+        warnings=(*model.warnings, *layout_warnings(layout, cells.law.name)),
     )
 
 
-def _solid_stress(problem: Problem, solutions: tuple[Solution, ...]) -> Field:
+def _solid_stress(part: HomogenisedModel, solutions: Sequence[Solution], name: str | None) -> Field:
     """Stress of the fully solid part in the load case that cells follow, by nearest element."""
-    orientation = problem.case.lattice.orientation
-    name = None if orientation is None else orientation.load_case
     solved = [
         (case, solution)
-        for case, solution in zip(problem.loads, solutions, strict=True)
+        for case, solution in zip(part.cases, solutions, strict=True)
         if case.name == name
     ]
     if not solved:
         raise CaseError(f"the load case '{name}' that cells are to follow was not solved")
     case, solution = solved[0]
     stress = element_stress(
-        problem.space,
-        solid_stiffness(problem),
+        part.space,
+        dense_stiffness(part.space, part.material),
         solution.displacement,
-        thermal_strain=problem.material.thermal_expansion * case.temperature_change,
+        thermal_strain=part.material.thermal_expansion * case.temperature_change,
     ).mean(axis=-1)
-    tree = cKDTree(centroids(problem.space.mesh).T)
+    tree = cKDTree(centroids(part.space.mesh).T)
 
     def nearest(points: FloatArray) -> FloatArray:
         flat = np.asarray(points, dtype=np.float64).reshape(3, -1)

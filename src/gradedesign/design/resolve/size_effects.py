@@ -9,7 +9,8 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import Event, Listener, ignore, report_step
 from gradedesign.design.case.schema import Case
-from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.design_model import DesignModel
+from gradedesign.design.resolve.plan import Plan
 from gradedesign.design.resolve.thin_walls import median_thickness
 from gradedesign.design.resolve.zones import zone_lattice
 from gradedesign.errors import ResourceError
@@ -20,6 +21,7 @@ from gradedesign.geometry.part.part import Part
 from gradedesign.mechanics.limits.cell_buckling import KIND as BUCKLING
 from gradedesign.mechanics.sizing.cut_cells import cut_share, share_between_faces
 from gradedesign.mechanics.sizing.density_beside_solids import density_beside_solids
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 from gradedesign.mechanics.sizing.wall_cells import (
     RESOLUTIONS,
     wall_factors,
@@ -106,8 +108,8 @@ def periodic_warnings(case: Case, part: Part, layout: CellLayout, reason: str) -
     )
 
 
-def with_size_effects(setup: Setup, on_event: Listener = ignore) -> Setup:
-    """Setup with size effects in its model, and warnings where they are left out.
+def with_size_effects(model: DesignModel, on_event: Listener = ignore) -> DesignModel:
+    """The model with size effects, and warnings where they are left out.
 
     Cells that free faces cut buckle earlier, whether or not their walls are computed.
 
@@ -116,69 +118,56 @@ def with_size_effects(setup: Setup, on_event: Listener = ignore) -> Setup:
 
     Parameters
     ----------
-    setup : Setup
+    model : DesignModel
         With its cells laid out for good.
     on_event : callable, optional
         Receives the warnings, and the walls that are not in the user's cache.
     """
-    problem, cells, model = setup.problem, setup.cells, setup.model
-    domain, cell_map = problem.domain, cells.layout.cell_map
-    reason = why_periodic(
-        problem.case,
-        cells.law.kind,
-        cells.cell,
-        cells.bounds[0],
-        problem.part,
-        domain,
-        cells.layout,
-    )
-    warnings = periodic_warnings(problem.case, problem.part, cells.layout, reason)
+    plan, cells, homogenised = model.plan, model.cells, model.homogenised
+    case, part, domain, layout = plan.case, plan.part, plan.domain, cells.layout
+    low = cells.bounds[0]
+    reason = why_periodic(case, cells.law.kind, cells.cell, low, part, domain, layout)
+    warnings = periodic_warnings(case, part, layout, reason)
     if not reason:
         report_step("walls of few cells")
-        mesh = model.space.mesh
+        mesh = homogenised.space.mesh
         walls, warnings = wall_factors(
-            cell_map,
-            problem.part,
-            domain,
+            layout.cell_map,
+            part,
+            plan.domain,
             mesh,
-            model.solid_fraction < 1,
-            wall_material(cells.cell, cells.bounds, model.material.poissons_ratio),
+            homogenised.solid_fraction < 1,
+            wall_material(cells.cell, cells.bounds, plan.material.poissons_ratio),
             lambda wall: on_event(
                 Event(stage="walls", message=f"computing {wall}; later runs find it in the cache")
             ),
         )
         if walls.classes:
-            model = replace(model, walls=walls)
+            homogenised = replace(homogenised, walls=walls)
             try:
                 if domain.solids:
                     effective = density_beside_solids(
-                        cell_map, mesh, cells.cell, cells.bounds, domain
+                        layout.cell_map, mesh, cells.cell, cells.bounds, domain
                     )
-                    model = replace(model, effective=effective)
+                    homogenised = replace(homogenised, effective=effective)
             except ResourceError as error:
                 warnings = (*warnings, str(error))
-    if _faces_cut_cells(setup):
-        model = replace(model, cut_share=_cut_share(setup))
+    judged = any(limit.key.kind == BUCKLING.name for limit in model.limits)
+    # A skin ties the cells at the faces.
+    if judged and case.lattice.size_effects and not case.lattice.skin:
+        share = _cut_share(plan, layout, homogenised)
+        homogenised = replace(homogenised, cut_share=share)
     for warning in warnings:
         on_event(Event(stage="warning", message=warning))
-    return replace(setup, model=model, warnings=(*setup.warnings, *warnings))
+    return replace(model, homogenised=homogenised, warnings=(*model.warnings, *warnings))
 
 
-def _faces_cut_cells(setup: Setup) -> bool:
-    """Whether buckling is judged and faces of the part are free."""
-    lattice = setup.problem.case.lattice
-    judged = any(limit.key.kind == BUCKLING.name for limit in setup.problem.limits)
-    return judged and lattice.size_effects and not setup.problem.domain.ties_faces
-
-
-def _cut_share(setup: Setup) -> FloatArray:
+def _cut_share(plan: Plan, layout: CellLayout, homogenised: HomogenisedModel) -> FloatArray:
     """Share of the critical stress that cut cells keep, ``(M,)``."""
-    problem, layout, model = setup.problem, setup.cells.layout, setup.model
-    lattice = model.solid_fraction < 1
-    if _straight(problem.case):
-        return cut_share(layout.cell_map, problem.part, problem.domain, model.space.mesh, lattice)
+    case, part, lattice = plan.case, plan.part, homogenised.solid_fraction < 1
+    if _straight(case):
+        mesh = homogenised.space.mesh
+        return cut_share(layout.cell_map, part, plan.domain, mesh, lattice)
     # Faces of walls are not found along curved or graded cells: all count as one wall.
-    across = median_thickness(problem.case.lattice.rotation, problem.part, layout) / max(
-        problem.case.lattice.size
-    )
+    across = median_thickness(case.lattice.rotation, part, layout) / max(case.lattice.size)
     return np.full(lattice.size, share_between_faces(np.asarray(across)))

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
-from gradedesign.design.case.schema import Case
-from gradedesign.design.resolve.problem import Problem, unjudged_share
-from gradedesign.design.resolve.setup import Setup
-from gradedesign.design.resolve.solid_part import dense_stiffness, solid_solutions
+from gradedesign.common.values.locate import Where
+from gradedesign.design.resolve.design_model import DesignModel
+from gradedesign.design.resolve.solid_part import solid_solutions
 from gradedesign.design.resolve.solid_stress import (
     SolidStress,
     solid_field,
@@ -19,8 +18,8 @@ from gradedesign.design.resolve.solid_stress import (
     solid_stress,
 )
 from gradedesign.errors import CaseError
-from gradedesign.geometry.tets.tet_mesh import signed_volumes
-from gradedesign.mechanics.explicit.support_zones import undisturbed_at
+from gradedesign.geometry.tets.tet_mesh import centroids
+from gradedesign.mechanics.explicit.support_zones import SupportZone, evaluated_at, undisturbed_at
 from gradedesign.mechanics.explicit.yielding import Yielding, yielding, yielding_words
 from gradedesign.mechanics.fe.load_case import (
     mechanical_force,
@@ -29,20 +28,15 @@ from gradedesign.mechanics.fe.load_case import (
     work_of,
 )
 from gradedesign.mechanics.fe.solution import Solution
-from gradedesign.mechanics.fe.stiffness import IsotropicStiffness
 from gradedesign.mechanics.fe.stress import von_mises
 from gradedesign.mechanics.limits.limit import Limit, limits_stress
 from gradedesign.mechanics.limits.verdict import limit_rows
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 
 
-def solve_solid(problem: Problem) -> tuple[Solution, ...]:
+def solve_solid(part: HomogenisedModel) -> tuple[Solution, ...]:
     """Displacements of the fully solid part in every load case."""
-    return solid_solutions(problem.space, problem.loads, problem.material, problem.solver)
-
-
-def solid_stiffness(problem: Problem) -> IsotropicStiffness:
-    """The base material in every tetrahedron."""
-    return dense_stiffness(problem.space, problem.material)
+    return solid_solutions(part.space, part.cases, part.material, part.solver)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -90,68 +84,77 @@ class SolidAnalysis:
         return float(np.linalg.norm(self.displacement[load_case], axis=0).max())
 
 
-def solid_analysis(problem: Problem, solutions: tuple[Solution, ...]) -> SolidAnalysis:
+def solid_analysis(model: DesignModel, solutions: tuple[Solution, ...]) -> SolidAnalysis:
     """Measures of the fully solid part."""
+    plan, part = model.plan, model.homogenised
+    space, case, volume = part.space, plan.case, float(part.volumes.sum())
     measures: dict[str, tuple[SolidStress, ...]] = {}
     stresses: dict[str, FloatArray] = {}
     judged = None
-    if any(limit.needs_stress for limit in problem.limits):
-        judged = solid_shares(problem)
-    for case, solution in zip(problem.loads, solutions, strict=True):
-        field = solid_field(problem, case, solution)
-        stresses[case.name] = von_mises(field.nodal)
-        stress = None if judged is None else solid_stress(problem, field, judged)
+    if any(limit.needs_stress for limit in model.limits):
+        judged = solid_shares(space, plan.support_zones)
+    for load, solution in zip(part.cases, solutions, strict=True):
+        field = solid_field(space, part.material, load, solution)
+        stresses[load.name] = von_mises(field.nodal)
+        if judged is None:
+            continue
+        missing, size = volume / plan.part.volume - 1.0, case.part.element_size
+        stress = solid_stress(field, judged, case.limits.percentile, missing, size)
         if stress is not None:
-            measures[case.name] = (stress,)
-    volumes = signed_volumes(problem.space.mesh)
-    density = np.full(problem.space.element_count, problem.material.density)
-    forces = [mechanical_force(problem.space, case, density) for case in problem.loads]
+            measures[load.name] = (stress,)
+    density = np.full(space.element_count, part.material.density)
+    forces = [mechanical_force(space, load, density) for load in part.cases]
     return SolidAnalysis(
         displacement={s.name: s.displacement for s in solutions},
-        nodes={name: region_nodes(problem.space, on) for name, on in problem.facets.items()},
-        shares={name: region_shares(problem.space, on) for name, on in problem.facets.items()},
+        nodes={name: region_nodes(space, on) for name, on in model.facets.items()},
+        shares={name: region_shares(space, on) for name, on in model.facets.items()},
         measures=measures,
         work=work_of(forces, solutions),
-        judged_share=1.0 - unjudged_share(problem),
-        yields=solid_yielding(problem, stresses, volumes),
+        judged_share=1.0 - unjudged_share(part, plan.support_zones),
+        yields=solid_yielding(part, stresses, plan.support_zones),
     )
 
 
+def unjudged_share(part: HomogenisedModel, zones: Sequence[SupportZone]) -> float:
+    """Share of the part's volume in the zones around supports."""
+    evaluated = evaluated_at(centroids(part.space.mesh), zones)
+    return 1.0 - float(part.volumes @ evaluated / part.volumes.sum())
+
+
 def solid_yielding(
-    problem: Problem, stresses: Mapping[str, FloatArray], volumes: FloatArray
+    part: HomogenisedModel, stresses: Mapping[str, FloatArray], zones: Sequence[SupportZone]
 ) -> Yielding | None:
     """Stress of the solid part above the yield strength that no support disturbs.
 
     ``stresses`` ``(N,)`` MPa are von Mises stresses at the nodes, each of which stands for a tenth
-    of the ``volumes`` ``(M,)`` mm^3 of its elements.
+    of the volumes of its elements.
     """
-    space = problem.space
-    shares = np.tile(volumes / 10.0, 10)
+    space = part.space
     at_nodes = np.zeros(space.node_count)
-    np.add.at(at_nodes, space.elements.ravel(), shares)
+    np.add.at(at_nodes, space.elements.ravel(), np.tile(part.volumes / 10.0, 10))
     return yielding(
         space.nodes,
         at_nodes,
         {name: stress[:, None] for name, stress in stresses.items()},
-        undisturbed_at(space.nodes, problem.support_zones),
-        problem.material.yield_strength,
+        undisturbed_at(space.nodes, zones),
+        part.material.yield_strength,
     )
 
 
-def with_solid(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
-    """Setup with the analysis of the solid part, and with limits relative to it resolved.
+def with_solid(model: DesignModel, solutions: tuple[Solution, ...]) -> DesignModel:
+    """The model with the analysis of the solid part, and with limits relative to it resolved.
 
     Raises
     ------
     CaseError
         If a limit is relative to a value that is nothing in the solid part.
     """
-    problem = setup.problem
-    analysis = solid_analysis(problem, solutions)
-    limits = tuple(_resolved(problem.case, limit, analysis) for limit in problem.limits)
+    analysis = solid_analysis(model, solutions)
+    where = model.plan.case.where
+    limits = tuple(_resolved(where, limit, analysis) for limit in model.limits)
     return replace(
-        setup,
-        problem=replace(problem, limits=limits),
+        model,
+        limits=limits,
         solid=limit_rows(limits, analysis, "solid part"),
         solutions=solutions,
         solid_yields=yielding_words(
@@ -160,14 +163,14 @@ def with_solid(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
     )
 
 
-def _resolved(case: Case, limit: Limit, analysis: SolidAnalysis) -> Limit:
+def _resolved(where: Where, limit: Limit, analysis: SolidAnalysis) -> Limit:
     """Allowed value of a limit in its unit; multiples are taken of the solid part's value."""
     if limit.times_solid is None:
         return limit
     value = limit.rows(analysis, "solid part")[0].value
     if value <= limit.rest(analysis):
         raise CaseError(
-            f"{case.where(limit.case_key)}: found {limit.stated}, but {limit.name} of the "
+            f"{where(limit.case_key)}: found {limit.stated}, but {limit.name} of the "
             f"solid part is {value:.3g} {limit.unit} in load case '{limit.key.load_case}'; "
             f"expected more: state a value in {limit.unit}, or name the load_case it is meant for"
         )

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from gradedesign.arrays import FloatArray
-from gradedesign.design.resolve.problem import Problem, part_volume
 from gradedesign.design.resolve.solid_part import dense_stiffness
-from gradedesign.mechanics.explicit.support_zones import evaluated_at
+from gradedesign.mechanics.explicit.support_zones import SupportZone, evaluated_at
 from gradedesign.mechanics.fe.load_case import PartLoadCase
 from gradedesign.mechanics.fe.recovered_stress import RecoveredStress, recovered_stress
 from gradedesign.mechanics.fe.solution import Solution
+from gradedesign.mechanics.fe.space import TetSpace
 from gradedesign.mechanics.fe.stress_percentile import (
     StressPercentile,
     judged_shares,
     stress_percentile,
 )
 from gradedesign.mechanics.limits.banded import Banded
+from gradedesign.mechanics.material.material import Material
 
 #: Half the band over the mean difference between the stress of the elements and the recovered one.
 #: Pairs of resolutions with a ratio of 1.5, on six bodies with known stress and from 2 to 12
@@ -50,33 +52,35 @@ class SolidStress:
     phase: str = "solid part"
 
 
-def solid_field(problem: Problem, load: PartLoadCase, solution: Solution) -> RecoveredStress:
+def solid_field(
+    space: TetSpace, material: Material, load: PartLoadCase, solution: Solution
+) -> RecoveredStress:
     """Stress of the fully solid part in one load case, recovered to its surface."""
     return recovered_stress(
-        problem.space,
-        dense_stiffness(problem.space, problem.material),
+        space,
+        dense_stiffness(space, material),
         solution.displacement,
-        thermal_strain=problem.material.thermal_expansion * load.temperature_change,
+        thermal_strain=material.thermal_expansion * load.temperature_change,
     )
 
 
-def solid_shares(problem: Problem) -> FloatArray:
+def solid_shares(space: TetSpace, zones: Sequence[SupportZone]) -> FloatArray:
     """Share of every eighth of a tetrahedron whose stress is judged, ``(8, M)``."""
-    return judged_shares(problem.space, lambda points: evaluated_at(points, problem.support_zones))
+    return judged_shares(space, lambda points: evaluated_at(points, zones))
 
 
 def solid_stress(
-    problem: Problem, field: RecoveredStress, shares: FloatArray
+    field: RecoveredStress, shares: FloatArray, percentile: float, missing: float, size: float
 ) -> SolidStress | None:
-    """Stress measure of the fully solid part in one load case; None where nothing is judged."""
-    found = stress_percentile(field, shares, problem.case.limits.percentile)
+    """Stress measure of the fully solid part in one load case; None where nothing is judged.
+
+    ``shares`` are those of `solid_shares`; ``missing`` and ``size`` as for `stress_band`.
+    """
+    found = stress_percentile(field, shares, percentile)
     if found is None:
         return None
-    missing = part_volume(problem) / problem.part.volume - 1.0
     return SolidStress(
-        value=found.value,
-        maximum=found.largest,
-        band=stress_band(found, missing, problem.case.part.element_size),
+        value=found.value, maximum=found.largest, band=stress_band(found, missing, size)
     )
 
 

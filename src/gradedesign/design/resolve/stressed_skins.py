@@ -13,7 +13,7 @@ from gradedesign.common.system.progress import Event, Listener, ignore, report_s
 from gradedesign.design.resolve.component_place import component_place
 from gradedesign.design.resolve.expected_design import expected_design
 from gradedesign.design.resolve.part_tets import held_loads, part_facets, used_regions
-from gradedesign.design.resolve.resolved_case import ResolvedCase
+from gradedesign.design.resolve.plan import Plan
 from gradedesign.design.resolve.solid_part import dense_stiffness, solid_solutions
 from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.component_kind import (
@@ -37,16 +37,16 @@ NO_STRAIN = 1e-10
 
 
 def with_stressed_skins(
-    resolved: ResolvedCase,
+    plan: Plan,
     kinds: Mapping[str, ComponentKind],
     space: TetSpace,
     on_event: Listener = ignore,
-) -> ResolvedCase:
+) -> Plan:
     """The case with skins whose thickness follows the stress of the solid part.
 
     Parameters
     ----------
-    resolved : ResolvedCase
+    plan : Plan
     kinds : mapping of name to ComponentKind
     space : TetSpace
         Of the part.
@@ -58,24 +58,22 @@ def with_stressed_skins(
     CaseError
         If the solid part carries no stress.
     """
-    case, part = resolved.case, resolved.part
+    case, part = plan.case, plan.part
     if not any(spec.follows for spec in case.lattice.skin):
-        return resolved
+        return plan
     report_step("stress that skins follow")
-    share, reference = stress_share(resolved, space)
-    place = component_place(case, part, [resolved.cell], stress=share)
-    resolved = _recomposed(resolved, place, kinds)
+    share, reference = stress_share(plan, space)
+    place = component_place(case, part, [plan.cell], stress=share)
+    plan = _recomposed(plan, place, kinds)
     closed = [spec for spec in case.lattice.skin if not spec.net]
-    for spec, skin in zip(closed, resolved.domain.of(Skin), strict=True):
+    for spec, skin in zip(closed, plan.domain.of(Skin), strict=True):
         if spec.follows:
             thickness = skin.thickness_at(face_places(part, spec.faces)[0])
             on_event(Event(stage="skin", message=_skin_line(spec, thickness, reference)))
-    return resolved
+    return plan
 
 
-def _recomposed(
-    resolved: ResolvedCase, place: ComponentPlace, kinds: Mapping[str, ComponentKind]
-) -> ResolvedCase:
+def _recomposed(plan: Plan, place: ComponentPlace, kinds: Mapping[str, ComponentKind]) -> Plan:
     """The case with its components and cells made anew in the same part.
 
     Raises
@@ -85,27 +83,27 @@ def _recomposed(
     """
     domain = composed(place, kinds)
     layout = placed_layout(place.lattice, place.where, place.part, domain)
-    expected = expected_design(domain, resolved.cell, layout, resolved.bounds)
+    expected = expected_design(domain, plan.cell, layout, plan.bounds)
     domain = with_cuts(place, kinds, expected, layout.least)
-    kept = (said for said in resolved.warnings if said not in resolved.domain.notes)
-    return replace(resolved, domain=domain, layout=layout, warnings=(*kept, *domain.notes))
+    kept = (said for said in plan.warnings if said not in plan.domain.notes)
+    return replace(plan, domain=domain, layout=layout, warnings=(*kept, *domain.notes))
 
 
-def stress_share(resolved: ResolvedCase, space: TetSpace) -> tuple[Field, float]:
+def stress_share(plan: Plan, space: TetSpace) -> tuple[Field, float]:
     """Von Mises stress of the solid part over its percentile, at most 1, and that percentile, MPa.
 
     That of tetrahedra at the surface, in their worst load case, as a continuous field of points
     ``(3, ...)`` mm that hardly changes with depth. The percentile is that of the limits of stress,
     outside their exclusion zones.
     """
-    case, mesh = resolved.case, space.mesh
-    stress = _solid_stress(resolved, space)
+    case, mesh = plan.case, space.mesh
+    stress = _solid_stress(plan, space)
     volumes = signed_volumes(mesh)
-    judged = evaluated_at(centroids(mesh), resolved.support_zones)
+    judged = evaluated_at(centroids(mesh), plan.support_zones)
     if not judged.any():
         judged = np.ones_like(judged)
     reference = weighted_percentile(stress[judged], volumes[judged], case.limits.percentile)
-    if not reference > NO_STRAIN * resolved.material.youngs_modulus:
+    if not reference > NO_STRAIN * plan.material.youngs_modulus:
         raise CaseError(
             f"{case.where('lattice.skin')}: the solid part carries no stress that a skin could "
             f"follow; expected a load that strains it, or a thickness without follows"
@@ -122,19 +120,19 @@ def stress_share(resolved: ResolvedCase, space: TetSpace) -> tuple[Field, float]
     return partial(evaluate, grid), reference
 
 
-def _solid_stress(resolved: ResolvedCase, space: TetSpace) -> FloatArray:
+def _solid_stress(plan: Plan, space: TetSpace) -> FloatArray:
     """Mean von Mises stress of every tetrahedron in its worst load case, ``(M,)``, MPa."""
-    case, material = resolved.case, resolved.material
+    case, material = plan.case, plan.material
     facets = part_facets(
-        resolved.part,
+        plan.part,
         space.mesh,
-        used_regions(case.load_case, resolved.limits),
+        used_regions(case.load_case, plan.limits),
         case.part.element_size,
     )
-    loads = held_loads(case.load_case, space, resolved.part, facets, case.where)
+    loads = held_loads(case.load_case, space, plan.part, facets, case.where)
     stiffness = dense_stiffness(space, material)
     worst = np.zeros(space.element_count)
-    solutions = solid_solutions(space, loads, material, resolved.solver)
+    solutions = solid_solutions(space, loads, material, plan.tools.solver)
     for load, solution in zip(loads, solutions, strict=True):
         warming = material.thermal_expansion * load.temperature_change
         stress = element_von_mises(space, stiffness, solution.displacement, thermal_strain=warming)

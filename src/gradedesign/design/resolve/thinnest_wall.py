@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from gradedesign.design.resolve.cell_choice import CellChoice
-from gradedesign.design.resolve.problem import Problem
 from gradedesign.design.resolve.zoning import thinnest_feature
 from gradedesign.geometry.cell.wall_size import wall_mm
 from gradedesign.geometry.lattice.density_grid import DensityGrid, evaluate
 from gradedesign.geometry.maps.local_cells import local_cells
 from gradedesign.geometry.tets.tet_mesh import centroids
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 
 
-def thinnest_wall(problem: Problem, cells: CellChoice, grid: DensityGrid) -> tuple[float, float]:
+def thinnest_wall(
+    homogenised: HomogenisedModel, cells: CellChoice, grid: DensityGrid
+) -> tuple[float, float]:
     """Thinnest wall or strut of a density field and the same over its elements, both mm.
 
     Equal cells: that of the least density. Otherwise the thinnest over the tetrahedra that hold
@@ -21,20 +23,20 @@ def thinnest_wall(problem: Problem, cells: CellChoice, grid: DensityGrid) -> tup
     if cells.zoning is not None and cells.zoning.cells.weights is not None:
         points = cells.layout.points
         return thinnest_feature(cells.zoning, points, evaluate(grid, points), cells.layout.least)
-    wall = _thinnest(problem, cells, grid)
+    wall = _thinnest(homogenised, cells, grid)
     return wall, wall / cells.elements_per_wall
 
 
-def _thinnest(problem: Problem, cells: CellChoice, grid: DensityGrid) -> float:
+def _thinnest(homogenised: HomogenisedModel, cells: CellChoice, grid: DensityGrid) -> float:
     """Thinnest wall or strut of one cell, mm."""
     layout = cells.layout
     if layout.cell_map.name == "uniform":
         least = float(grid.values.min())
         return float(wall_mm(cells.cell, least, layout.least))
-    lattice = problem.solid_fraction < 1
+    lattice = homogenised.solid_fraction < 1
     if not lattice.any():
         return float(wall_mm(cells.cell, cells.bounds[0], layout.typical))
-    points = centroids(problem.space.mesh)[:, lattice]
+    points = centroids(homogenised.space.mesh)[:, lattice]
     density = evaluate(grid, points)
     sizes = local_cells(layout.cell_map, points).least
     walls = wall_mm(cells.cell, density, sizes)

@@ -8,12 +8,12 @@ import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.design.resolve.cell_choice import CellChoice
-from gradedesign.design.resolve.problem import Problem
+from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.geometry.cell.wall_size import wall_mm
 from gradedesign.geometry.contour.sample import grid_points
 from gradedesign.geometry.lattice.density_grid import DensityGrid, evaluate
 from gradedesign.geometry.maps.local_cells import local_cells
-from gradedesign.geometry.tets.tet_mesh import centroids, signed_volumes
+from gradedesign.geometry.tets.tet_mesh import centroids
 
 log = logging.getLogger(__name__)
 
@@ -22,15 +22,12 @@ log = logging.getLogger(__name__)
 LEAST_SHARE = 0.38
 
 
-def wall_grading(
-    problem: Problem, cells: CellChoice, grid: DensityGrid, spacing: float
-) -> Field | None:
+def wall_grading(model: DesignModel, grid: DensityGrid, spacing: float) -> Field | None:
     """Allowed element size of an explicit analysis at a place, over that at the thinnest wall.
 
     Parameters
     ----------
-    problem : Problem
-    cells : CellChoice
+    model : DesignModel
     grid : DensityGrid
         Of the design.
     spacing : float, mm
@@ -43,7 +40,7 @@ def wall_grading(
         the thinner ones count more. None where less than `LEAST_SHARE` of the part bears elements
         of twice the edge, zones have different cells, or nets lie on the part.
     """
-    domain, analysis = problem.domain, problem.analysis
+    cells, domain, analysis = model.cells, model.plan.domain, model.plan.tools.analysis
     if cells.zoning is not None or domain.on_cells:
         return None
     walls = wall_mm(cells.cell, grid.values, _sizes(cells, grid))
@@ -67,9 +64,8 @@ def wall_grading(
             ratio = np.where(there, np.minimum(ratio, wanted), ratio)
         return ratio
 
-    mesh = problem.space.mesh
-    volumes = signed_volumes(mesh)
-    share_of_part = float(volumes[grading(centroids(mesh)) >= 2.0].sum() / volumes.sum())
+    volumes, centres = model.homogenised.volumes, centroids(model.homogenised.space.mesh)
+    share_of_part = float(volumes[grading(centres) >= 2.0].sum() / volumes.sum())
     log.info(
         "%.0f %% of the part has walls at least twice as thick as the thinnest%s",
         100 * share_of_part,

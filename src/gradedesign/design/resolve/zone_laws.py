@@ -11,10 +11,10 @@ from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import Event, Listener
 from gradedesign.common.values.locate import locating
 from gradedesign.design.resolve.analysable import Analysable
+from gradedesign.design.resolve.plan import Plan
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.resolve import density_bounds
 from gradedesign.design.resolve.resolve_law import resolve_law
-from gradedesign.design.resolve.resolved_case import ResolvedCase
 from gradedesign.design.resolve.zones import ResolvedZones
 from gradedesign.design.resolve.zoning import Zone, Zoning, require_windows, zone_windows
 from gradedesign.geometry.cell.cell import Cell
@@ -44,7 +44,7 @@ class ZoneLaws:
 
 
 def zone_laws(
-    resolved: ResolvedCase, registry: Registry, first: ScalingLaw, on_event: Listener
+    plan: Plan, registry: Registry, first: ScalingLaw, on_event: Listener
 ) -> ZoneLaws | None:
     """Laws of the zones; None for a case without zones.
 
@@ -55,31 +55,31 @@ def zone_laws(
     CaseError, DensityError, LatticeError, SolverError
         As `resolve_law`.
     """
-    zones = resolved.zones
+    zones = plan.zones
     if zones is None:
         return None
     laws = {0: first}
     bounds, warnings = [], []
     for k, zone in enumerate(zones.zones):
         number = zones.number_of(zone)
-        with locating(resolved.case.where, "lattice.law" if k == 0 else f"zone[{k - 1}]"):
+        with locating(plan.case.where, "lattice.law" if k == 0 else f"zone[{k - 1}]"):
             if number not in laws:
                 laws[number], remarks = resolve_law(
                     zone.lattice,
-                    resolved.case.limits,
+                    plan.case.limits,
                     registry,
                     zone.cell,
                     zone.where,
                     on_event,
-                    poissons_ratio=resolved.material.poissons_ratio,
+                    poissons_ratio=plan.material.poissons_ratio,
                 )
                 warnings += [f"zone '{zone.name}': {remark}" for remark in remarks]
             zone_bounds, _ = density_bounds(
                 zone.lattice,
-                resolved.case.print,
+                plan.case.print,
                 zone.cell,
                 laws[number],
-                resolved.layout.least,
+                plan.layout.least,
                 zone.where,
             )
         bounds.append(zone_bounds)
@@ -91,7 +91,7 @@ def zone_laws(
 
 
 def zoning(
-    resolved: ResolvedCase,
+    plan: Plan,
     laws: ZoneLaws,
     able: Analysable,
     centres: FloatArray,
@@ -101,7 +101,7 @@ def zoning(
 
     Parameters
     ----------
-    resolved : ResolvedCase
+    plan : Plan
         With zones.
     laws : ZoneLaws
     able : Analysable
@@ -116,7 +116,7 @@ def zoning(
     DensityError
         If a mix exists at none of the densities of the zones that meet.
     """
-    zones = resolved.zones
+    zones = plan.zones
     if zones is None:
         raise ValueError("the case has no zones")
     made = tuple(
@@ -128,7 +128,7 @@ def zoning(
         )
         for zone, analysable in zip(zones.zones, able.zones, strict=True)
     )
-    factors = _factors(resolved, zones, made, laws.laws, on_event)
+    factors = _factors(plan, zones, made, laws.laws, on_event)
     plain = Zoning(
         zones=made,
         cells=zones.cells,
@@ -136,10 +136,10 @@ def zoning(
         weights=zones.weights,
         factors=factors,
     )
-    with locating(resolved.case.where, "zone"):
+    with locating(plan.case.where, "zone"):
         windows = zone_windows(plain, centres)
         require_windows(plain, centres, windows)
-    zoned = _with_windows(plain, windows, uniform=resolved.case.lattice.grading == "uniform")
+    zoned = _with_windows(plain, windows, uniform=plan.case.lattice.grading == "uniform")
     return zoned, _mix_warnings(zones.cells.members, factors)
 
 
@@ -154,7 +154,7 @@ def _with_windows(
 
 
 def _factors(
-    resolved: ResolvedCase,
+    plan: Plan,
     zones: ResolvedZones,
     made: Sequence[Zone],
     laws: Sequence[ScalingLaw],
@@ -162,7 +162,7 @@ def _factors(
 ) -> dict[tuple[int, int], MixFactors]:
     """Factors of every transition."""
     factors = {}
-    printer, edges = resolved.case.print, resolved.case.lattice.edges
+    printer, edges = plan.case.print, plan.case.lattice.edges
 
     def tell(cell: Cell, rho: float) -> None:
         message = f"computing the mix {cell.name} at density {rho:.3g}"
@@ -171,18 +171,18 @@ def _factors(
     for i, j in zones.cells.blends:
         meeting = [zone.bounds for zone in made if zone.cell in (i, j)]
         bounds = min(b[0] for b in meeting), max(b[1] for b in meeting)
-        with locating(resolved.case.where, "zone"):
+        with locating(plan.case.where, "zone"):
             mix = mix_factors(
                 zones.cells,
                 (i, j),
                 (laws[i], laws[j]),
                 bounds,
-                poissons_ratio=resolved.material.poissons_ratio,
+                poissons_ratio=plan.material.poissons_ratio,
                 edges=edges,
                 on_mix=tell,
             )
             if printer is not None and printer.min_wall is not None:
-                mix = _printable(mix, printer.min_wall, resolved.layout.least)
+                mix = _printable(mix, printer.min_wall, plan.layout.least)
         factors[i, j] = mix
     return factors
 

@@ -7,13 +7,12 @@ import platform
 from importlib import metadata
 from typing import Any
 
-from gradedesign.design.resolve.load_balance import load_balances, load_case_data
-from gradedesign.design.resolve.problem import Problem, part_volume
+from gradedesign.design.resolve.design_model import DesignModel
+from gradedesign.design.resolve.load_balance import load_case_data
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.resolve_law import buckling_basis, stress_basis
-from gradedesign.design.resolve.setup import Setup
 from gradedesign.design.resolve.size_effects import why_periodic
-from gradedesign.design.resolve.symmetry import symmetry_data, symmetry_planes
+from gradedesign.design.resolve.symmetry import symmetry_data
 from gradedesign.design.verdict.zones import zone_data
 from gradedesign.geometry.part.file_body import file_body_data
 from gradedesign.mechanics.limits.verdict import unsure_words
@@ -24,41 +23,39 @@ from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 LIBRARIES = ("numpy", "scipy", "scikit-fem", "pyamg", "numba", "pytetwild", "vtk", "meshio")
 
 
-def latticed_mass(model: HomogenisedModel) -> float:
+def latticed_mass(part: HomogenisedModel) -> float:
     """Mass of the lattice's region if it were solid, g."""
-    return float(model.lattice_volumes.sum()) * model.material.density * 1e6
+    return float(part.lattice_volumes.sum()) * part.material.density * 1e6
 
 
-def solid_mass(problem: Problem) -> float:
+def solid_mass(part: HomogenisedModel) -> float:
     """Mass of the fully solid part, g."""
-    return part_volume(problem) * problem.material.density * 1e6
+    return float(part.volumes.sum()) * part.material.density * 1e6
 
 
-def common_entries(setup: Setup, registry: Registry) -> dict[str, Any]:
+def common_entries(model: DesignModel, registry: Registry) -> dict[str, Any]:
     """Entries of a `RunResult` that follow from the case alone."""
-    problem, cells, case = setup.problem, setup.cells, setup.problem.case
-    law, part = cells.law, problem.part
-    planes = symmetry_planes(case.load_case, part, case.where)
-    balances = load_balances(case.load_case, part, problem.material.density, case.where)
+    plan, cells, case = model.plan, model.cells, model.plan.case
+    law, part, mass = cells.law, plan.part, solid_mass(model.homogenised)
     return {
-        "solid_mass_g": solid_mass(problem),
-        "solid": setup.solid,
+        "solid_mass_g": mass,
+        "solid": model.solid,
         "repairs": part.report.changes,
         "file_bodies": file_body_data(part.file_bodies),
-        "symmetry": symmetry_data(planes, solid_mass(problem)),
-        "yields": setup.solid_yields,
+        "symmetry": symmetry_data(plan.symmetry, mass),
+        "yields": model.solid_yields,
         "warnings": (
-            *setup.solid_yields,
-            *unsure_words(setup.solid),
-            *setup.warnings,
+            *model.solid_yields,
+            *unsure_words(model.solid),
+            *model.warnings,
             *registry.notes,
         ),
         "plugins": tuple(str(p) for p in registry.plugins),
         "versions": library_versions(),
         "case_hash": case.case_hash,
         "case_name": case.name,
-        "load_cases": load_case_data(case.load_case, balances),
-        "material": material_data(problem.material),
+        "load_cases": load_case_data(case.load_case, plan.balances),
+        "material": material_data(plan.material),
         "budget": {
             "time_s": case.run.time,
             "max_iterations": case.run.max_iterations,
@@ -70,8 +67,8 @@ def common_entries(setup: Setup, registry: Registry) -> dict[str, Any]:
             "kind": law.kind,
             "local_stress": stress_basis(law),
             "buckling": buckling_basis(law),
-            **{name: value for limit in problem.limits for name, value in limit.basis().items()},
-            "size_effects": size_effects_data(setup),
+            **{name: value for limit in model.limits for name, value in limit.basis().items()},
+            "size_effects": size_effects_data(model),
             "window": list(law.window),
             "coefficients": {name: value for name, value in law.coefficients},
             "method": case.lattice.method,
@@ -79,27 +76,27 @@ def common_entries(setup: Setup, registry: Registry) -> dict[str, Any]:
             "cell_source": cells.cell.family.source,
             "cell_window": list(cells.cell.window),
             "density_bounds": list(cells.bounds),
-            **zone_data(setup),
+            **zone_data(cells.zoning),
         },
     }
 
 
-def size_effects_data(setup: Setup) -> dict[str, Any]:
+def size_effects_data(model: DesignModel) -> dict[str, Any]:
     """Plain data on size effects: the share of the lattice that has them, or why none has."""
-    walls = setup.model.walls
+    part, walls = model.homogenised, model.homogenised.walls
     if walls is None:
-        problem, cells = setup.problem, setup.cells
+        plan, cells = model.plan, model.cells
         reason = why_periodic(
-            problem.case,
+            plan.case,
             cells.law.kind,
             cells.cell,
             cells.bounds[0],
-            problem.part,
-            problem.domain,
+            plan.part,
+            plan.domain,
             cells.layout,
         )
         return {"mode": "periodic", **({"reason": reason} if reason else {})}
-    weight = setup.model.volumes * (setup.model.solid_fraction < 1)
+    weight = part.volumes * (part.solid_fraction < 1)
     return {
         "mode": "walls",
         "wall_kinds": len(walls.classes),

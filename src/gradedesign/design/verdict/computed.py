@@ -9,13 +9,13 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.design.loop.iteration import DesignIteration
-from gradedesign.design.resolve.problem import Problem
-from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.solid_stress import solid_field
 from gradedesign.design.verdict.shown import Shown
 from gradedesign.geometry.formats.field_set import FieldSet
 from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.stress import von_mises
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -41,37 +41,37 @@ class Computed:
         return self.rho if self.shown is None else self.shown.rho
 
 
-def computed_fields(setup: Setup, computed: Computed) -> Iterator[FieldSet]:
+def computed_fields(model: DesignModel, computed: Computed) -> Iterator[FieldSet]:
     """Fields of the solid part before sizing, else of designs and of the analysed lattice."""
-    problem, density = setup.problem, computed.density
+    part, density = model.homogenised, computed.density
     if density is None:
-        yield _solid(problem, setup.solutions)
+        yield _solid(part, model.solutions)
         return
-    yield _density(problem, "density", density)
+    yield _density(part, "density", density)
     for done in computed.iterations:
-        yield _density(problem, "iteration", done.rho, number=done.summary.number)
+        yield _density(part, "iteration", done.rho, number=done.summary.number)
     if computed.shown is not None:
         yield _lattice(computed.shown)
 
 
-def _solid(problem: Problem, solid: Sequence[Solution]) -> FieldSet:
+def _solid(part: HomogenisedModel, solid: Sequence[Solution]) -> FieldSet:
     """Displacement and stress of the fully solid part."""
     data: dict[str, FloatArray] = {}
-    for load, solution in zip(problem.loads, solid, strict=True):
+    for load, solution in zip(part.cases, solid, strict=True):
         data[f"displacement {solution.name} [mm]"] = solution.displacement
-        stress = von_mises(solid_field(problem, load, solution).nodal)
+        stress = von_mises(solid_field(part.space, part.material, load, solution).nodal)
         data[f"von_mises {solution.name} [MPa]"] = stress
-    space = problem.space
+    space = part.space
     return FieldSet(name="solid", points=space.nodes, elements=space.elements, point_data=data)
 
 
 def _density(
-    problem: Problem, name: str, rho: FloatArray, *, number: int | None = None
+    part: HomogenisedModel, name: str, rho: FloatArray, *, number: int | None = None
 ) -> FieldSet:
-    mesh = problem.space.mesh
+    mesh = part.space.mesh
     data = {
         "relative_density [-]": rho,
-        "solid_volume_fraction [-]": problem.solid_fraction,
+        "solid_volume_fraction [-]": part.solid_fraction,
     }
     return FieldSet(
         name=name, points=mesh.points, elements=mesh.tets, element_data=data, number=number

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from gradedesign.arrays import FloatArray
-from gradedesign.design.resolve.setup import Setup
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 
 
-def mapping_data(setup: Setup, variables: FloatArray) -> dict[str, float]:
+def mapping_data(lattice: LatticeSpec, variables: FloatArray) -> dict[str, float]:
     """Factor on the stress of the solid part; nothing where another method sized."""
-    if not setup.problem.case.lattice.by_stress:
+    if not lattice.by_stress:
         return {}
     return {"stress_factor": float(variables[0])}
 

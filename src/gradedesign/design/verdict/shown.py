@@ -9,7 +9,7 @@ from gradedesign.design.acceptance.printed_body import PrintedBody, measure_prin
 from gradedesign.design.loop.analysed import Analysed
 from gradedesign.design.printing.print_checks import check_printed
 from gradedesign.design.printing.printability import Printability
-from gradedesign.design.resolve.problem import Problem
+from gradedesign.design.resolve.plan import Plan
 from gradedesign.geometry.lattice.joint_volume import joint_volume
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.mechanics.explicit.analysis import SurfaceFields
@@ -51,7 +51,7 @@ class Shown:
 
 
 def shown_of(
-    problem: Problem,
+    plan: Plan,
     rho: FloatArray,
     analysed: Analysed,
     surface: SurfaceMesh,
@@ -75,8 +75,6 @@ def shown_of(
         fields=fields,
         printed=replace(printed, joints_mm3=joint_volume(analysed.design)),
         remeshed=remeshed,
-        printability=check_printed(
-            problem.case.print, problem.part.surface, surface, printed.thickness
-        ),
+        printability=check_printed(plan.case.print, plan.part.surface, surface, printed.thickness),
         rows=rows,
     )

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from gradedesign.design.resolve.setup import Setup
+from collections.abc import Sequence
+
 from gradedesign.mechanics.explicit.explicit import ExplicitResult
 from gradedesign.mechanics.explicit.measures import PHASES
 from gradedesign.mechanics.explicit.yielding import yielding_words
-from gradedesign.mechanics.limits.limit import limits_stress
+from gradedesign.mechanics.limits.limit import Limit, limits_stress
 from gradedesign.mechanics.limits.row import LEAST_JUDGED
 
 
-def stress_warnings(setup: Setup, result: ExplicitResult) -> tuple[tuple[str, ...], list[str]]:
+def stress_warnings(
+    limits: Sequence[Limit], result: ExplicitResult
+) -> tuple[tuple[str, ...], list[str]]:
     """That the printed solid yields, and which of its phases a limit of stress hardly judges."""
-    limited = limits_stress(setup.problem.limits)
+    limited = limits_stress(limits)
     yields = yielding_words(result.yields, "the printed solid", limited=limited)
     return yields, unjudged_phases(result) if limited else []
 

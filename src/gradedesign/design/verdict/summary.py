@@ -16,9 +16,9 @@ from gradedesign.design.loop.accepted_rows import unjudged_words, without_band
 from gradedesign.design.loop.ended import Ended
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.iteration_steps import predict
+from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.outer_triangles import outer_data
 from gradedesign.design.resolve.registry import Registry
-from gradedesign.design.resolve.setup import Setup
 from gradedesign.design.verdict.acceptance_data import acceptance_data, measure_data
 from gradedesign.design.verdict.coarse_layers import coarse_layer
 from gradedesign.design.verdict.common import common_entries, latticed_mass, solid_mass
@@ -31,8 +31,7 @@ from gradedesign.design.verdict.stress_warnings import stress_warnings
 from gradedesign.design.verdict.zones import zone_measures
 from gradedesign.geometry.tets.meshed_surface import failed_attempts
 from gradedesign.mechanics.explicit.correction import Correction
-from gradedesign.mechanics.limits.limit import predicted_row
-from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.mechanics.limits.limit import Limit, predicted_row
 from gradedesign.mechanics.limits.verdict import TIGHT, is_tight, why_infeasible
 from gradedesign.mechanics.sizing.homogenised import lattice_mass, total_mass
 from gradedesign.mechanics.sizing.size import SizingResult
@@ -42,30 +41,29 @@ from gradedesign.mechanics.sizing.size import SizingResult
 UNRESOLVED = 0.10
 
 
-def infeasible_result(setup: Setup, registry: Registry, rows: tuple[LimitRow, ...]) -> RunResult:
+def infeasible_result(model: DesignModel, registry: Registry) -> RunResult:
     """The fully solid part breaks a limit, even at the favourable end of its band."""
     return RunResult(
         status="infeasible",
         lightest=False,
         ended_by="solid",
-        reason=why_infeasible(rows),
-        limits=rows,
-        **common_entries(setup, registry),
+        reason=why_infeasible(model.solid),
+        limits=model.solid,
+        **common_entries(model, registry),
     )
 
 
 def partial_result(
-    setup: Setup,
+    model: DesignModel,
     registry: Registry,
-    rows: tuple[LimitRow, ...],
     stage: str,
     *,
     sized: SizingResult | None = None,
 ) -> RunResult:
     """Result of a run that ended at its ``stop_after``."""
-    numbers: dict[str, Any] = {}
+    rows, numbers = model.solid, dict[str, Any]()
     measures: dict[str, Any] = {}
-    common = common_entries(setup, registry)
+    common = common_entries(model, registry)
     if sized is not None and not sized.feasible:
         common["warnings"] += (
             f"the sized lattice breaks a limit: the most used one to "
@@ -73,26 +71,26 @@ def partial_result(
             f"higher upper density or a wider limit would help",
         )
     if sized is not None:
-        model, weights = setup.model, setup.model.lattice_volumes
-        mass = total_mass(model, sized.rho) * 1e6
+        part, weights = model.homogenised, model.homogenised.lattice_volumes
+        mass = total_mass(part, sized.rho) * 1e6
         numbers = {
             "mass_g": mass,
-            "lattice_mass_g": lattice_mass(model, sized.rho) * 1e6,
+            "lattice_mass_g": lattice_mass(part, sized.rho) * 1e6,
             "lattice_density": float(weights @ sized.rho / weights.sum()),
-            "relative_density": mass / solid_mass(setup.problem),
+            "relative_density": mass / solid_mass(part),
         }
         measures = {
             "sizing": {
-                **mapping_data(setup, sized.variables),
+                **mapping_data(model.plan.case.lattice, sized.variables),
                 "iterations": len(sized.history),
                 "converged": sized.converged,
                 "feasible": sized.feasible,
                 "density": [float(sized.rho.min()), float(sized.rho.max())],
             },
-            **zone_measures(setup, sized.rho),
+            **zone_measures(part, model.cells.zoning, sized.rho),
         }
-        predicted = predict(model, setup.problem.limits, Correction(), sized.rho).values
-        rows = tuple(predicted_row(limit, predicted[limit.key]) for limit in setup.problem.limits)
+        predicted = predict(part, model.limits, Correction(), sized.rho).values
+        rows = tuple(predicted_row(limit, predicted[limit.key]) for limit in model.limits)
     return RunResult(
         status="partial",
         lightest=False,
@@ -101,8 +99,8 @@ def partial_result(
         limits=rows,
         measures={
             **measures,
-            "cell_map": dict(setup.cells.layout.report),
-            **setup.problem.domain.facts(),
+            "cell_map": dict(model.cells.layout.report),
+            **model.plan.domain.facts(),
         },
         **numbers,
         **common,
@@ -110,7 +108,7 @@ def partial_result(
 
 
 def verdict_result(
-    setup: Setup,
+    model: DesignModel,
     registry: Registry,
     iterations: Sequence[DesignIteration],
     accepted: Accepted | None,
@@ -118,7 +116,8 @@ def verdict_result(
     shown: Shown,
 ) -> RunResult:
     """Met or not, with the best design that was found and its printed file."""
-    common, case, part = common_entries(setup, registry), setup.problem.case, setup.problem.part
+    plan, case, part = model.plan, model.plan.case, model.homogenised
+    common = common_entries(model, registry)
     printed, result = shown.printed, shown.analysed.result
     warnings = list(common.pop("warnings"))
     if accepted is None:
@@ -139,11 +138,11 @@ def verdict_result(
         warnings += _acceptance_warnings(accepted)
         # A grid that was coarsened to fit the memory, or refined, is part of the verdict.
         warnings += accepted.analysed.result.solved.division.refused
-    yields, unjudged = stress_warnings(setup, result)
-    warnings += [*unjudged, *_body_warnings(setup, printed, accepted)]
-    warnings += design_notes(setup, design.rho)
-    mapping = mapping_data(setup, design.variables)
-    density = setup.problem.material.density
+    yields, unjudged = stress_warnings(model.limits, result)
+    warnings += [*unjudged, *_body_warnings(printed, accepted, checked=case.print is not None)]
+    warnings += design_notes(model.limits, part.lattice_volumes, design.rho)
+    mapping = mapping_data(case.lattice, design.variables)
+    density = plan.material.density
     mass, lattice = printed.mass_g(density), printed.mass_g(density, "lattice")
     return RunResult(
         status=status,
@@ -153,29 +152,32 @@ def verdict_result(
         limits=rows,
         mass_g=mass,
         lattice_mass_g=lattice,
-        relative_density=mass / solid_mass(setup.problem),
-        lattice_density=lattice / latticed_mass(setup.model),
+        relative_density=mass / solid_mass(part),
+        lattice_density=lattice / latticed_mass(part),
         iterations=tuple(i.summary for i in iterations),
         acceptance={} if accepted is None else acceptance_data(accepted),
         measures={
             **measure_data(result),
-            **({"sizing": mapping} if mapping else {}) | zone_measures(setup, design.rho),
-            "cell_map": dict((accepted.analysed if accepted else setup.cells).layout.report),
-            **setup.problem.domain.facts(),
+            **({"sizing": mapping} if mapping else {})
+            | zone_measures(part, model.cells.zoning, design.rho),
+            "cell_map": dict((accepted.analysed if accepted else model.cells).layout.report),
+            **plan.domain.facts(),
         },
-        printed=printed_data(printed) | outer_data(case.print, case.part.file, part.surface),
+        printed=printed_data(printed) | outer_data(case.print, case.part.file, plan.part.surface),
         yields=(*yields, *common.pop("yields")),
         warnings=(*yields, *warnings),
         **common,
     )
 
 
-def _body_warnings(setup: Setup, printed: PrintedBody, accepted: Accepted | None) -> list[str]:
-    """How the analysed solid differs from the printed one, and what is closed in the latter."""
+def _body_warnings(printed: PrintedBody, accepted: Accepted | None, *, checked: bool) -> list[str]:
+    """How the analysed solid differs from the printed one, and what is closed in the latter.
+
+    Where printability is ``checked``, that says more of voids.
+    """
     factors = () if accepted is None else accepted.factors.values()
     warnings = [*comparison_warnings(printed.comparison, factors)]
-    if setup.problem.case.print is None:
-        # With [print] the check of printability says more.
+    if not checked:
         body = printed.comparison.printed
         warnings += void_warnings(body.cavities, body.cavities_mm3, body.volume_mm3)
     return warnings
@@ -196,10 +198,9 @@ def printed_data(printed: PrintedBody) -> dict[str, Any]:
     }
 
 
-def design_notes(setup: Setup, rho: FloatArray) -> list[str]:
+def design_notes(limits: Sequence[Limit], volumes: FloatArray, rho: FloatArray) -> list[str]:
     """Remarks of the limits on the densities of a design."""
-    volumes = setup.model.lattice_volumes
-    return [note for limit in setup.problem.limits for note in limit.notes(volumes, rho)]
+    return [note for limit in limits for note in limit.notes(volumes, rho)]
 
 
 def best_iteration(iterations: Sequence[DesignIteration]) -> DesignIteration:

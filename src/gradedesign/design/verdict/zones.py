@@ -7,15 +7,14 @@ from typing import Any
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.design.resolve.setup import Setup
 from gradedesign.design.resolve.zoning import Zoning
 from gradedesign.geometry.tets.tet_mesh import centroids
 from gradedesign.mechanics.sizing.homogenised import solid_held
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 
 
-def zone_data(setup: Setup) -> dict[str, Any]:
+def zone_data(zoning: Zoning | None) -> dict[str, Any]:
     """Cell and law of every zone, and the factors of the transitions; empty without zones."""
-    zoning = setup.cells.zoning
     if zoning is None:
         return {}
     return {
@@ -32,7 +31,9 @@ def zone_data(setup: Setup) -> dict[str, Any]:
     }
 
 
-def zone_measures(setup: Setup, rho: FloatArray) -> dict[str, Any]:
+def zone_measures(
+    model: HomogenisedModel, zoning: Zoning | None, rho: FloatArray
+) -> dict[str, Any]:
     """Volume, mass and mean density of the lattice of every zone of a design; empty without zones.
 
     By the densities that sizing found, which the printed file follows. Where two zones pass into
@@ -40,10 +41,10 @@ def zone_measures(setup: Setup, rho: FloatArray) -> dict[str, Any]:
 
     Parameters
     ----------
-    setup : Setup
+    model : HomogenisedModel
+    zoning : Zoning or None
     rho : (M,) array
     """
-    zoning, model = setup.cells.zoning, setup.model
     if zoning is None:
         return {}
     weights = zoning.weights(centroids(model.space.mesh)) * model.lattice_volumes

@@ -94,17 +94,17 @@ def estimated(case: Case, registry: Registry) -> FirstAnswer:
     """Mesh and analyse the solid part as a run does, and size it once."""
     # Only here: a check without it needs no finite elements.
     from gradedesign.design.check.first_answer import first_answer
-    from gradedesign.design.resolve.setup import prepare
+    from gradedesign.design.resolve.design_model import prepare
     from gradedesign.design.resolve.solid import solve_solid, with_solid
 
-    setup = prepare(case, registry)
+    model = prepare(case, registry)
     report_step("solid part")
-    return first_answer(with_solid(setup, solve_solid(setup.problem)))
+    return first_answer(with_solid(model, solve_solid(model.homogenised)))
 
 
 def picture_path(checked: CaseCheck) -> Path:
     """Path of the picture, beside the run folder, which stays as it is."""
-    folder = default_folder(checked.resolved.case.name)
+    folder = default_folder(checked.plan.case.name)
     return folder.with_name(f"{folder.name}-check") / PICTURE
 
 
@@ -123,31 +123,31 @@ def draw_loads(checked: CaseCheck, path: Path) -> tuple[str, ...]:
             f"cannot make {path.parent} for the picture: {error.strerror}; choose another file "
             f"with -o, or leave it out with --no-picture"
         ) from error
-    resolved, case = checked.resolved, checked.resolved.case
+    plan, case = checked.plan, checked.plan.case
     return picture_loads(
         path,
-        resolved.part.surface,
-        region_marks(case.load_case, resolved.part, resolved.domain, resolved.support_zones),
-        action_marks(case.load_case, resolved.part),
+        plan.part.surface,
+        region_marks(case.load_case, plan.part, plan.domain, plan.support_zones),
+        action_marks(case.load_case, plan.part),
         title=f"Loading of {case.name}",
-        note=loads_note(case.load_case, resolved.support_zones, checked.unjudged.part),
+        note=loads_note(case.load_case, plan.support_zones, checked.unjudged.part),
     )
 
 
 def print_check(checked: CaseCheck) -> None:
     """Print a checked case for a person."""
-    resolved = checked.resolved
+    plan = checked.plan
     for line in _part_lines(checked):
         print_text(line, hang=2)
-    print_regions(resolved.part, resolved.part.regions)
+    print_regions(plan.part, plan.part.regions)
     if solids := kept_solids(checked):
         print_table(
             "Passive solids",
             ("solid", "thickness mm", "volume mm^3"),
             [(s["name"], f"{s['thickness_mm']:.4g}", f"{s['volume_mm3']:.4g}") for s in solids],
         )
-    print_holes(resolved.part, checked.holes)
-    print_file_faces(resolved.part)
+    print_holes(plan.part, checked.holes)
+    print_file_faces(plan.part)
     _print_loads(checked)
     print_text("free rigid motions: none")
     print_table("Limits", ("limit", "load case", "allowed"), stated_limits(checked))
@@ -157,12 +157,12 @@ def print_check(checked: CaseCheck) -> None:
 
 
 def _part_lines(checked: CaseCheck) -> Iterator[str]:
-    resolved = checked.resolved
-    mass = resolved.material.density * resolved.part.volume * 1e6
-    yield f"case: {resolved.case.name}"
-    yield f"{part_words(resolved.part)}, {mass:.4g} g if solid in {resolved.material.name}"
-    yield from file_body_words(resolved.part.file_bodies)
-    yield repair_words(resolved.part)
+    plan = checked.plan
+    mass = plan.material.density * plan.part.volume * 1e6
+    yield f"case: {plan.case.name}"
+    yield f"{part_words(plan.part)}, {mass:.4g} g if solid in {plan.material.name}"
+    yield from file_body_words(plan.part.file_bodies)
+    yield repair_words(plan.part)
     if checked.symmetry:
         yield (
             f"symmetry: mirrored on {', '.join(checked.symmetry['planes'])}: the whole part is "
@@ -173,8 +173,8 @@ def _part_lines(checked: CaseCheck) -> Iterator[str]:
 
 
 def _print_loads(checked: CaseCheck) -> None:
-    rows, size = [], extent(checked.resolved.part)
-    for balance in checked.resolved.balances:
+    rows, size = [], extent(checked.plan.part)
+    for balance in checked.plan.balances:
         acting = [(row.source, row.force, row.moment, row.gross, "") for row in balance.rows]
         gross, about = sum(row.gross for row in balance.rows), point_words(balance.about, size)
         acting.append(("sum", balance.force, balance.moment, gross, about))
@@ -201,11 +201,11 @@ def _zone_lines(checked: CaseCheck) -> Iterator[str]:
 
 
 def _lattice_lines(checked: CaseCheck) -> Iterator[str]:
-    resolved, plan = checked.resolved, checked.resolved.law
+    plan, law = checked.plan, checked.plan.law
     low, high = checked.run.bounds
     yield (
-        f"cell: {resolved.cell.name}, {resolved.case.lattice.size_words}; it exists from density "
-        f"{resolved.cell.window[0]:.3g} to {resolved.cell.window[1]:.3g}"
+        f"cell: {plan.cell.name}, {plan.case.lattice.size_words}; it exists from density "
+        f"{plan.cell.window[0]:.3g} to {plan.cell.window[1]:.3g}"
     )
     thick = checked.thickness
     if thick.thickness:
@@ -216,17 +216,17 @@ def _lattice_lines(checked: CaseCheck) -> Iterator[str]:
         )
     yield f"density window: {low:.3g} to {high:.3g}"
     yield from _zone_lines(checked)
-    holds = f"for densities {plan.window[0]:.3g} to {plan.window[1]:.3g}"
-    if plan.known is not None:
-        origin = "installed" if plan.kind not in ("fitted", "stated") else plan.known.source
-        yield f"law: {plan.name}, {origin}, {holds}"
-    elif plan.tabulated:
-        yield f"law: {plan.name}, computed before, in the cache, {holds}"
+    holds = f"for densities {law.window[0]:.3g} to {law.window[1]:.3g}"
+    if law.known is not None:
+        origin = "installed" if law.kind not in ("fitted", "stated") else law.known.source
+        yield f"law: {law.name}, {origin}, {holds}"
+    elif law.tabulated:
+        yield f"law: {law.name}, computed before, in the cache, {holds}"
     else:
-        least, most = plan.minutes
+        least, most = law.minutes
         yield (
-            f"law: {plan.name}, to be computed on {plan.voxels}^3 voxels: {least:.0f} to "
-            f"{most:.0f} min the first time ({plan.why})"
+            f"law: {law.name}, to be computed on {law.voxels}^3 voxels: {least:.0f} to "
+            f"{most:.0f} min the first time ({law.why})"
         )
     yield "size effects: " + (
         f"none, since {checked.periodic}"
@@ -237,9 +237,9 @@ def _lattice_lines(checked: CaseCheck) -> Iterator[str]:
 
 
 def _cost_lines(checked: CaseCheck) -> Iterator[str]:
-    run, budget = checked.run, checked.resolved.case.run
+    run, budget = checked.run, checked.plan.case.run
     cost = run.cost
-    exact = "" if checked.resolved.case.part.bricks is not None else "about "
+    exact = "" if checked.plan.case.part.bricks is not None else "about "
     yield f"mesh of the part: {exact}{cost.part_dofs} unknowns at {_mesh_size(checked)}"
     yield f"explicit grid: {run.grid.spacing:.3g} mm, set by {run.grid.set_by}"
     if run.explicit:
@@ -260,7 +260,7 @@ def _cost_lines(checked: CaseCheck) -> Iterator[str]:
 
 
 def _mesh_size(checked: CaseCheck) -> str:
-    return f"{checked.resolved.case.part.element_size:g} mm"
+    return f"{checked.plan.case.part.element_size:g} mm"
 
 
 def _duration(seconds: float) -> str:

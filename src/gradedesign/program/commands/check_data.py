@@ -23,11 +23,11 @@ from gradedesign.mechanics.material.material import Material
 
 def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]) -> dict[str, Any]:
     """Plain data of a checked case; lengths in mm, forces in N, moments in N mm."""
-    resolved = checked.resolved
+    plan = checked.plan
     return {
-        "case": resolved.case.name,
-        "part": part_data(resolved.part, resolved.material),
-        "regions": region_data(resolved.part),
+        "case": plan.case.name,
+        "part": part_data(plan.part, plan.material),
+        "regions": region_data(plan.part),
         "passive_solids": kept_solids(checked),
         "holes": [
             {
@@ -43,7 +43,7 @@ def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]
             }
             for group in checked.holes
         ],
-        "load_cases": list(load_case_data(resolved.case.load_case, resolved.balances)),
+        "load_cases": list(load_case_data(plan.case.load_case, plan.balances)),
         "limits": [
             {"name": name, "load_case": load_case, "allowed": allowed}
             for name, load_case, allowed in stated_limits(checked)
@@ -51,8 +51,8 @@ def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]
         "symmetry": dict(checked.symmetry),
         "unjudged_stress": asdict(checked.unjudged),
         "free_rigid_motions": [],
-        "cell": resolved.cell.name,
-        "law": resolved.law.name,
+        "cell": plan.cell.name,
+        "law": plan.law.name,
         "lattice": _lattice(checked),
         "prediction": _prediction(checked),
         "picture": None if picture is None else str(picture),
@@ -62,7 +62,7 @@ def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]
 
 def kept_solids(checked: CaseCheck) -> list[dict[str, Any]]:
     """Names of the passive solids, how thick they are in the part, and their volumes in it."""
-    domain = checked.resolved.domain
+    domain = checked.plan.domain
     return [
         {
             "name": solid.name,
@@ -92,7 +92,7 @@ def stated_limits(checked: CaseCheck) -> list[tuple[str, str, str]]:
 
     Those relative to the solid part are not in its unit yet.
     """
-    return [(limit.name, limit.load_case, limit.allowed) for limit in checked.resolved.limits]
+    return [(limit.name, limit.load_case, limit.allowed) for limit in checked.plan.limits]
 
 
 def region_data(part: Part) -> list[dict[str, Any]]:
@@ -149,7 +149,7 @@ def file_faces(part: Part) -> list[dict[str, Any]]:
 
 def zone_data(checked: CaseCheck) -> dict[str, dict[str, Any]]:
     """Every zone of the case by its name; none without zones."""
-    zones = checked.resolved.zones
+    zones = checked.plan.zones
     if zones is None:
         return {}
     return {
@@ -165,21 +165,21 @@ def zone_data(checked: CaseCheck) -> dict[str, dict[str, Any]]:
 
 
 def _lattice(checked: CaseCheck) -> dict[str, Any]:
-    resolved, plan = checked.resolved, checked.resolved.law
+    plan, law = checked.plan, checked.plan.law
     return {
-        "size_mm": list(resolved.case.lattice.size),
-        "cell_window": list(resolved.cell.window),
-        "density_window": list(resolved.bounds),
+        "size_mm": list(plan.case.lattice.size),
+        "cell_window": list(plan.cell.window),
+        "density_window": list(plan.bounds),
         "zones": zone_data(checked),
         "size_effects": {"mode": "periodic", "reason": checked.periodic}
         if checked.periodic
         else {"mode": "walls"},
         "law": {
-            "name": plan.name,
-            "window": list(plan.window),
-            "to_be_computed": not plan.tabulated,
-            "minutes": list(plan.minutes),
-            "voxels": plan.voxels or None,
+            "name": law.name,
+            "window": list(law.window),
+            "to_be_computed": not law.tabulated,
+            "minutes": list(law.minutes),
+            "voxels": law.voxels or None,
         },
         "part_thickness": {
             "percent_of_volume": list(checked.thickness.shares),
@@ -191,9 +191,9 @@ def _lattice(checked: CaseCheck) -> dict[str, Any]:
 
 
 def _prediction(checked: CaseCheck) -> dict[str, Any]:
-    run, budget = checked.run, checked.resolved.case.run
+    run, budget = checked.run, checked.plan.case.run
     return {
-        "density": list(checked.resolved.bounds),
+        "density": list(checked.plan.bounds),
         "mean_density": run.density,
         "thinnest_wall_mm": run.grid.wall,
         "spacing_mm": run.grid.spacing,

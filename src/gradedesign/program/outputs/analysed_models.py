@@ -10,9 +10,8 @@ from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.common.system.progress import report_step
 from gradedesign.design.loop.graded_cells import with_cells
 from gradedesign.design.loop.iteration_steps import corrected_model
-from gradedesign.design.resolve.problem import Problem
-from gradedesign.design.resolve.setup import Setup
-from gradedesign.design.resolve.solid import solid_stiffness
+from gradedesign.design.resolve.design_model import DesignModel
+from gradedesign.design.resolve.solid_part import dense_stiffness
 from gradedesign.design.verdict.shown import Shown
 from gradedesign.mechanics.explicit.correction import Correction
 from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
@@ -36,7 +35,7 @@ from gradedesign.program.outputs.analysed_model import AnalysedModel, ModelStep
 
 
 def analysed_models(
-    setup: Setup,
+    model: DesignModel,
     *,
     rho: FloatArray | None,
     correction: Correction,
@@ -46,7 +45,7 @@ def analysed_models(
 
     Parameters
     ----------
-    setup : Setup
+    model : DesignModel
     rho : (M,) array, optional
         Design.
     correction : Correction
@@ -54,11 +53,11 @@ def analysed_models(
     printed : Shown, optional
         The printed lattice.
     """
-    yield _solid(setup.problem, setup.solutions)
+    yield _solid(model)
     if rho is not None:
-        yield _homogenised(setup, rho, correction)
+        yield _homogenised(model, rho, correction)
     if printed is not None and (solved := _tets(printed)) is not None:
-        yield _explicit(setup.problem, printed.analysed.solid, solved)
+        yield _explicit(model.plan.case.name, printed.analysed.solid, solved)
 
 
 def without_model(printed: Shown | None) -> dict[str, str]:
@@ -74,53 +73,52 @@ def _tets(printed: Shown) -> TetFields | None:
     return solved if isinstance(solved, TetFields) else None
 
 
-def _solid(problem: Problem, solid: Sequence[Solution]) -> AnalysedModel:
+def _solid(model: DesignModel) -> AnalysedModel:
     """``solid``: the fully solid part."""
-    density = np.full(problem.space.element_count, problem.material.density)
+    part = model.homogenised
+    density = np.full(part.space.element_count, part.material.density)
     return AnalysedModel(
         name="solid",
-        title=["gradedesign: the fully solid part", problem.case.name],
-        space=problem.space,
-        stiffness=solid_stiffness(problem),
-        steps=_steps(problem.space, problem.loads, density, solid),
-        thermal_expansion=problem.material.thermal_expansion,
-        node_sets=_node_sets(problem.space, problem.facets),
+        title=["gradedesign: the fully solid part", model.plan.case.name],
+        space=part.space,
+        stiffness=dense_stiffness(part.space, part.material),
+        steps=_steps(part.space, part.cases, density, model.solutions),
+        thermal_expansion=part.material.thermal_expansion,
+        node_sets=_node_sets(part.space, model.facets),
     )
 
 
-def _homogenised(setup: Setup, rho: FloatArray, correction: Correction) -> AnalysedModel:
+def _homogenised(model: DesignModel, rho: FloatArray, correction: Correction) -> AnalysedModel:
     """``homogenised``: a design as homogenised solid.
 
     Every tetrahedron has the stiffness of its own density. Where the run varies it inside the
     tetrahedra too, the model has its mean over each.
     """
-    setup = with_cells(setup, rho)
-    model = corrected_model(setup.model, correction)
-    stiffness = element_means(model, rho)
-    density = mass_density(model, rho)
-    expansion = model.material.thermal_expansion
-    vectors = [
-        load_vector(model.space, case, stiffness, density, expansion) for case in model.cases
-    ]
+    model = with_cells(model, rho)
+    part = corrected_model(model.homogenised, correction)
+    stiffness = element_means(part, rho)
+    density = mass_density(part, rho)
+    expansion = part.material.thermal_expansion
+    vectors = [load_vector(part.space, case, stiffness, density, expansion) for case in part.cases]
     report_step("displacements of the homogenised part")
-    solved = solve_elastic(model.space, stiffness, vectors, solver=model.solver)
-    varied = effective_stiffness(model, rho).ndim > 3
+    solved = solve_elastic(part.space, stiffness, vectors, solver=part.solver)
+    varied = effective_stiffness(part, rho).ndim > 3
     return AnalysedModel(
         name="homogenised",
         title=[
             "gradedesign: the part as homogenised solid, a material for each density",
-            setup.problem.case.name,
+            model.plan.case.name,
         ],
-        space=model.space,
+        space=part.space,
         stiffness=stiffness,
-        steps=_steps(model.space, model.cases, density, solved),
-        thermal_expansion=setup.problem.material.thermal_expansion,
-        node_sets=_node_sets(model.space, setup.problem.facets),
-        off=_largest_difference(solved, solve_homogenised(model, rho)) if varied else 0.0,
+        steps=_steps(part.space, part.cases, density, solved),
+        thermal_expansion=expansion,
+        node_sets=_node_sets(part.space, model.facets),
+        off=_largest_difference(solved, solve_homogenised(part, rho)) if varied else 0.0,
     )
 
 
-def _explicit(problem: Problem, solid: PrintedSolid, solved: TetFields) -> AnalysedModel:
+def _explicit(name: str, solid: PrintedSolid, solved: TetFields) -> AnalysedModel:
     """``explicit``: the printed lattice on the tetrahedra of its acceptance."""
     space = solved.space
     cases = case_loads(space, solid.load_cases, solid.regions, solved.facets)
@@ -128,11 +126,11 @@ def _explicit(problem: Problem, solid: PrintedSolid, solved: TetFields) -> Analy
     solutions = [solved.solutions[case.name] for case in cases]
     return AnalysedModel(
         name="explicit",
-        title=["gradedesign: the printed lattice", problem.case.name],
+        title=["gradedesign: the printed lattice", name],
         space=space,
         stiffness=printed_stiffness(space, solid.material),
         steps=_steps(space, cases, density, solutions),
-        thermal_expansion=problem.material.thermal_expansion,
+        thermal_expansion=solid.material.thermal_expansion,
         node_sets=_node_sets(space, solved.facets),
     )
 

@@ -16,7 +16,7 @@ from gradedesign.common.system.progress import report_step
 from gradedesign.design.loop.announce import Announcer
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.iteration_steps import build_design, density_grid
-from gradedesign.design.resolve.cell_choice import CellChoice
+from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.lattice_files import (
     STL_NAME,
     chord_tolerance,
@@ -24,9 +24,9 @@ from gradedesign.design.resolve.lattice_files import (
     printed_lattice,
 )
 from gradedesign.design.resolve.outer_triangles import keeps_outer, outer_records
-from gradedesign.design.resolve.problem import Problem, unjudged_share
+from gradedesign.design.resolve.plan import Plan
 from gradedesign.design.resolve.registry import Registry
-from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.solid import unjudged_share
 from gradedesign.design.resolve.thinnest_wall import thinnest_wall
 from gradedesign.design.verdict.computed import Computed, computed_fields
 from gradedesign.design.verdict.result import RunResult, as_json
@@ -40,6 +40,7 @@ from gradedesign.mechanics.explicit.correction import Correction
 from gradedesign.mechanics.explicit.explicit import governing_load_case
 from gradedesign.mechanics.explicit.support_zones import evaluated_at
 from gradedesign.mechanics.limits.local_stress import allowed_stress
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 from gradedesign.program.outputs.analysed_model import AnalysedModel
 from gradedesign.program.outputs.analysed_models import analysed_models, without_model
 from gradedesign.program.outputs.iteration_log import iteration_log
@@ -66,18 +67,18 @@ def write_result(out: RunFolder, result: RunResult) -> None:
 
 def write_outputs(
     out: RunFolder,
-    setup: Setup,
+    model: DesignModel,
     registry: Registry,
     result: RunResult,
     announce: Announcer,
     computed: Computed,
 ) -> RunResult:
     """Write the files of what was computed, and return the result with their names."""
-    problem = setup.problem
+    plan, part = model.plan, model.homogenised
     files: dict[str, str] = {}
     shown, rho = computed.shown, computed.rho
     warnings: list[str] = list(result.warnings)
-    outputs = stated_outputs(problem.case.output.formats, registry)
+    outputs = stated_outputs(plan.case.output.formats, registry)
 
     def current() -> RunResult:
         return replace(
@@ -88,28 +89,28 @@ def write_outputs(
             timing_s=announce.timing(),
         )
 
-    run = finished_run(out, problem.case.path, files, current)
+    run = finished_run(out, plan.case.path, files, current)
     run = replace(
         run,
-        fields=partial(computed_fields, setup, computed),
-        models=partial(_models, setup, computed),
+        fields=partial(computed_fields, model, computed),
+        models=partial(_models, model, computed),
         no_model=without_model(shown),
     )
     with announce.stage("output"):
-        warnings += _loads_picture(out, problem, files)
+        warnings += _loads_picture(out, plan, unjudged_share(part, plan.support_zones), files)
         for output in outputs:
             if not output.last:
                 warnings += output.write(run)
         if computed.density is not None:
-            warnings += _density_picture(out, problem, computed.density, files)
+            warnings += _density_picture(out, part, computed.density, files)
         if shown is not None:
-            warnings += _exported_files(out, problem, shown.surface, shown.analysed.design, files)
-            warnings += _lattice_pictures(out, problem, shown, files)
-        elif rho is not None and problem.case.run.stop_after == "lattice":
-            warnings += _unjudged_lattice(out, problem, setup.cells, rho, files)
+            warnings += _exported_files(out, plan, shown.surface, shown.analysed.design, files)
+            warnings += _lattice_pictures(out, plan, shown, files)
+        elif rho is not None and plan.case.run.stop_after == "lattice":
+            warnings += _unjudged_lattice(out, model, rho, files)
     files |= {"log": "iterations.csv", "result": RESULT_NAME}
-    printed = [STL_NAME, *(file.name for file in problem.lattice_files)]
-    result = stamped(out, problem.case.part, result, printed)
+    printed = [STL_NAME, *(file.name for file in plan.tools.files)]
+    result = stamped(out, plan.case.part, result, printed)
     out.write_text("iterations.csv", iteration_log(result.iterations))
     for output in outputs:
         if output.last:
@@ -163,10 +164,10 @@ def finished_run(
     return FinishedRun(case_text=case_text, result=result, write=write, pictures=pictures)
 
 
-def _models(setup: Setup, computed: Computed) -> Iterator[AnalysedModel]:
+def _models(model: DesignModel, computed: Computed) -> Iterator[AnalysedModel]:
     density = computed.density
     return analysed_models(
-        setup,
+        model,
         rho=density,
         correction=_learned(computed.iterations, density),
         printed=computed.shown,
@@ -183,31 +184,33 @@ def _learned(iterations: Sequence[DesignIteration], rho: FloatArray | None) -> C
     return next(corrections, Correction())
 
 
-def _loads_picture(out: RunFolder, problem: Problem, files: dict[str, str]) -> tuple[str, ...]:
-    case, files["loads"] = problem.case, "loads.png"
+def _loads_picture(
+    out: RunFolder, plan: Plan, unjudged: float, files: dict[str, str]
+) -> tuple[str, ...]:
+    case, files["loads"] = plan.case, "loads.png"
     warnings = picture_loads(
         out.path_of("loads.png"),
-        problem.part.surface,
-        region_marks(case.load_case, problem.part, problem.domain, problem.support_zones),
-        action_marks(case.load_case, problem.part),
-        note=loads_note(case.load_case, problem.support_zones, unjudged_share(problem)),
+        plan.part.surface,
+        region_marks(case.load_case, plan.part, plan.domain, plan.support_zones),
+        action_marks(case.load_case, plan.part),
+        note=loads_note(case.load_case, plan.support_zones, unjudged),
     )
     _adopt_drawn(out, files, "loads")
     return warnings
 
 
 def _density_picture(
-    out: RunFolder, problem: Problem, rho: FloatArray, files: dict[str, str]
+    out: RunFolder, part: HomogenisedModel, rho: FloatArray, files: dict[str, str]
 ) -> tuple[str, ...]:
-    shown = np.where(problem.solid_fraction >= 1.0, 1.0, rho)
+    shown = np.where(part.solid_fraction >= 1.0, 1.0, rho)
     files["density"] = "density.png"
-    warnings = picture_density(out.path_of("density.png"), problem.space.mesh, shown)
+    warnings = picture_density(out.path_of("density.png"), part.space.mesh, shown)
     _adopt_drawn(out, files, "density")
     return warnings
 
 
 def _lattice_pictures(
-    out: RunFolder, problem: Problem, shown: Shown, files: dict[str, str]
+    out: RunFolder, plan: Plan, shown: Shown, files: dict[str, str]
 ) -> tuple[str, ...]:
     """Pictures of the lattice."""
     result = shown.analysed.result
@@ -215,12 +218,12 @@ def _lattice_pictures(
     fields, solid = shown.fields, shown.analysed.solid
     files |= {"lattice": "lattice.png", "stress": "stress.png", "deformed": "deformed.png"}
     warnings = [
-        *picture_lattice(out.path_of("lattice.png"), shown.surface, opened=problem.domain.closed),
+        *picture_lattice(out.path_of("lattice.png"), shown.surface, opened=plan.domain.closed),
         *picture_stress(
             out.path_of("stress.png"),
             fields.surface,
             fields.von_mises,
-            limit=allowed_stress(problem.case.limits, problem.material),
+            limit=allowed_stress(plan.case.limits, plan.material),
             unjudged=~evaluated_at(fields.surface.vertices.T, solid.support_zones),
             title=f"Stress of the lattice, load case {load_case}",
         ),
@@ -237,17 +240,15 @@ def _lattice_pictures(
 
 
 def _unjudged_lattice(
-    out: RunFolder,
-    problem: Problem,
-    cells: CellChoice,
-    rho: FloatArray,
-    files: dict[str, str],
+    out: RunFolder, model: DesignModel, rho: FloatArray, files: dict[str, str]
 ) -> tuple[str, ...]:
     """Surface of a design that no analysis has judged."""
-    density = density_grid(problem, cells, rho)
-    design = build_design(problem, cells, density)
-    step = first_step(cells.layout.least, thinnest_wall(problem, cells, density)[0])
-    case, part = problem.case, problem.part.surface
+    plan, cells = model.plan, model.cells
+    density = density_grid(model, rho)
+    design = build_design(plan.domain, cells, density)
+    thinnest, _ = thinnest_wall(model.homogenised, cells, density)
+    step = first_step(cells.layout.least, thinnest)
+    case, part = plan.case, plan.part.surface
     surface, islands, _ = printed_surface(
         design,
         part,
@@ -257,30 +258,30 @@ def _unjudged_lattice(
         keep_outer=keeps_outer(case.print),
     )
     write_printed(out, surface, outer_records(case.print, case.part.file, part))
-    warnings = _exported_files(out, problem, surface, design, files)
+    warnings = _exported_files(out, plan, surface, design, files)
     files["lattice"] = "lattice.png"
-    warnings += picture_lattice(out.path_of("lattice.png"), surface, opened=problem.domain.closed)
+    warnings += picture_lattice(out.path_of("lattice.png"), surface, opened=plan.domain.closed)
     _adopt_drawn(out, files, "lattice")
     return (*warnings, *islands_words(islands.dropped, islands.dropped_share))
 
 
 def _exported_files(
     out: RunFolder,
-    problem: Problem,
+    plan: Plan,
     surface: SurfaceMesh,
     design: LatticeDesign,
     files: dict[str, str],
 ) -> tuple[str, ...]:
     """The printed surface in every format asked for; the STL, always made, lies there already."""
     files["stl"] = STL_NAME
-    others = [file for file in problem.lattice_files if file.name != STL_NAME]
-    case, part = problem.case, problem.part.surface
+    others = [file for file in plan.tools.files if file.name != STL_NAME]
+    case, part = plan.case, plan.part.surface
     lattice = printed_lattice(
         case.named,
         case.print,
         surface,
         design,
-        problem.material,
+        plan.material,
         part=part,
         file=case.part.file,
     )

@@ -13,7 +13,7 @@ from gradedesign.common.system.cache import content_key
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.iteration_row import iteration_from_json
 from gradedesign.design.loop.loop_stages import Judged
-from gradedesign.design.resolve.setup import Setup
+from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.errors import CaseError
 from gradedesign.mechanics.explicit.correction import Correction, Discrepancy
 from gradedesign.mechanics.limits.key import LimitKey, keyed_from_json
@@ -43,29 +43,29 @@ def open_stages(path: Path, case_hash: str, *, resume: bool, overwrite: bool) ->
     return open_run_folder(path, case_hash, resume=resume, overwrite=overwrite)
 
 
-def iteration_key(setup: Setup, number: int) -> str:
-    """Content key of everything an iteration depends on."""
+def design_key(model: DesignModel) -> str:
+    """Content key of everything that the iterations of a run depend on."""
+    mesh = model.homogenised.space.mesh
     return content_key(
         "iteration",
         ITERATION_VERSION,
-        number,
-        setup.problem.case.case_hash,
-        setup.cells.cell.name,
-        repr([(law.name, law.source) for law in setup.model.law.laws]),
-        setup.problem.space.mesh.points,
-        setup.problem.space.mesh.tets,
+        model.plan.case.case_hash,
+        model.cells.cell.name,
+        repr([(law.name, law.source) for law in model.homogenised.law.laws]),
+        mesh.points,
+        mesh.tets,
     )
 
 
-def save_iteration(out: RunFolder, setup: Setup, iteration: DesignIteration) -> None:
-    """Store a finished iteration."""
+def save_iteration(out: RunFolder, key: str, iteration: DesignIteration) -> None:
+    """Store a finished iteration; ``key`` is that of `design_key`."""
     number = iteration.summary.number
     arrays, meta = iteration_to_stage(iteration)
-    out.save_stage(f"iteration-{number}", iteration_key(setup, number), arrays, meta)
+    out.save_stage(f"iteration-{number}", key, arrays, meta)
 
 
 def save_acceptance(
-    out: RunFolder, setup: Setup, refused: Sequence[int], factors: Factors, last: Judged
+    out: RunFolder, key: str, refused: Sequence[int], factors: Factors, last: Judged
 ) -> None:
     """Store the outcome of acceptance: iterations that it refused, and factors on limits."""
     meta = {
@@ -74,18 +74,18 @@ def save_acceptance(
         "last_holds": last.holds,
         "last_factors": [[asdict(key), value] for key, value in last.factors.items()],
     }
-    out.save_stage("acceptance", iteration_key(setup, 0), {}, meta)
+    out.save_stage("acceptance", key, {}, meta)
 
 
 def load_acceptance(
-    out: RunFolder, setup: Setup, finished: int
+    out: RunFolder, key: str, finished: int
 ) -> tuple[tuple[int, ...], Factors, Judged | None]:
     """Iterations that acceptance refused, its factors, and the design that it judged last.
 
     None before the first acceptance. Iterations after the ``finished`` ones that are stored are run
     again, and not refused yet.
     """
-    stored = out.load_stage("acceptance", iteration_key(setup, 0))
+    stored = out.load_stage("acceptance", key)
     if stored is None:
         return (), {}, None
     meta = stored[1]
@@ -97,12 +97,11 @@ def load_acceptance(
     return refused, factors, last
 
 
-def load_iterations(out: RunFolder, setup: Setup) -> tuple[DesignIteration, ...]:
+def load_iterations(out: RunFolder, key: str) -> tuple[DesignIteration, ...]:
     """Iterations that an interrupted run finished, in order."""
     iterations: list[DesignIteration] = []
     while True:
-        number = len(iterations) + 1
-        stored = out.load_stage(f"iteration-{number}", iteration_key(setup, number))
+        stored = out.load_stage(f"iteration-{len(iterations) + 1}", key)
         if stored is None:
             return tuple(iterations)
         iterations.append(iteration_from_stage(*stored))

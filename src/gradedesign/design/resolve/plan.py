@@ -10,10 +10,8 @@ from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.component_place import component_place
 from gradedesign.design.resolve.exclusion import require_judged, zones_of_supports
 from gradedesign.design.resolve.expected_design import expected_design
-from gradedesign.design.resolve.explicit_analysis import explicit_analysis
 from gradedesign.design.resolve.fitting_part import fitting_part
-from gradedesign.design.resolve.lattice_files import LatticeFile, lattice_files, require_writable
-from gradedesign.design.resolve.linear_solver import linear_solver
+from gradedesign.design.resolve.lattice_files import require_writable
 from gradedesign.design.resolve.load_balance import (
     LoadBalance,
     balance_warnings,
@@ -30,7 +28,9 @@ from gradedesign.design.resolve.resolve import (
     require_below_yield,
 )
 from gradedesign.design.resolve.stated_directions import stated_directions
+from gradedesign.design.resolve.symmetry import SymmetryPlane, symmetry_planes
 from gradedesign.design.resolve.thin_walls import thin_wall_warnings
+from gradedesign.design.resolve.tools import Tools, stated_tools
 from gradedesign.design.resolve.zones import ResolvedZone, ResolvedZones, resolve_zones
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cell import Cell
@@ -41,81 +41,65 @@ from gradedesign.geometry.lattice.component_kind import composed, with_cuts
 from gradedesign.geometry.lattice.components.zone import Zones
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.graded_map import require_one_thickness
-from gradedesign.geometry.lattice.part_room import (
-    inner_points,
-    size_warnings,
-)
+from gradedesign.geometry.lattice.part_room import inner_points, size_warnings
 from gradedesign.geometry.lattice.placed_layout import placed_layout
 from gradedesign.geometry.part.part import Part
-from gradedesign.geometry.tets.mesher import PYTETWILD, Mesher
-from gradedesign.mechanics.explicit.analysis import ExplicitAnalysis
 from gradedesign.mechanics.explicit.support_zones import SupportZone
 from gradedesign.mechanics.limits.kinds import stated_limits
 from gradedesign.mechanics.limits.limit import StatedLimit
 from gradedesign.mechanics.limits.local_stress import allowed_stress
 from gradedesign.mechanics.material.material import Material
-from gradedesign.mechanics.solver.linear_solver import LinearSolver
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ResolvedCase:
-    """Records that a case names, its part with regions, and the layout of its cells.
+class Plan:
+    """A case as far as it is known without a law, a mesh or an analysis.
 
     Attributes
     ----------
     case : Case
+    tools : Tools
     material : Material
-    cell : Cell
     part : Part
     domain : DesignDomain
-    layout : CellLayout
+    cell : Cell
     law : PlannedLaw
         Not computed.
-    solver : LinearSolver
+    layout : CellLayout
     bounds : (float, float)
         Densities that the user, the cell, the law and the printer have in common.
-    balances : tuple of LoadBalance
-    mesher : Mesher
-        Of the part.
-    surface_mesher : Mesher
-        Of the acceptance.
-    analysis : ExplicitAnalysis
-        That the case allows, in the order of preference.
-    lattice_files : tuple of LatticeFile
-        Files of the printed lattice.
+    zones : ResolvedZones or None
+        Where cells or densities differ; the first of them is what stands here.
     limits : tuple of StatedLimit
+    support_zones : tuple of SupportZone
+        In which stress is not judged.
+    balances : tuple of LoadBalance
+    symmetry : tuple of SymmetryPlane
     warnings : tuple of str
         Of reading, sizes and loads.
     narrowed : tuple of str
         Which window narrowed the user's.
-    support_zones : tuple of SupportZone
-        In which stress is not judged.
-    zones : ResolvedZones or None
-        Where cells or densities differ; the first of them is what stands here.
     """
 
     case: Case
+    tools: Tools
     material: Material
-    cell: Cell
     part: Part
     domain: DesignDomain
-    layout: CellLayout
+    cell: Cell
     law: PlannedLaw
-    solver: LinearSolver
+    layout: CellLayout
     bounds: tuple[float, float]
-    balances: tuple[LoadBalance, ...]
-    mesher: Mesher
-    surface_mesher: Mesher
-    analysis: ExplicitAnalysis
-    lattice_files: tuple[LatticeFile, ...]
+    zones: ResolvedZones | None = None
     limits: tuple[StatedLimit, ...]
+    support_zones: tuple[SupportZone, ...]
+    balances: tuple[LoadBalance, ...]
+    symmetry: tuple[SymmetryPlane, ...]
     warnings: tuple[str, ...]
     narrowed: tuple[str, ...]
-    support_zones: tuple[SupportZone, ...]
-    zones: ResolvedZones | None = None
 
 
-def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
+def resolve_case(case: Case, registry: Registry) -> Plan:
     """Resolve names, read the part, find its regions, place the cells, intersect the windows.
 
     Everything that a case can be refused for without computing a law or meshing is refused here.
@@ -127,54 +111,50 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     ResourceError
         If the part's mesh or the grid of densities cannot fit the memory of the case.
     """
-    resolved = _without_zones(with_acceptance(case), registry)
+    plan = _without_zones(with_acceptance(case), registry)
     report_step("cells and their zones")
     zones = resolve_zones(
-        resolved.case,
+        plan.case,
         registry,
-        stated_zones(resolved)[0],
-        resolved.domain.of(Zones),
-        resolved.layout,
-        resolved.material.poissons_ratio,
+        stated_zones(plan)[0],
+        plan.domain.of(Zones),
+        plan.layout,
+        plan.material.poissons_ratio,
     )
     if zones is not None:
-        resolved = replace(resolved, zones=zones, narrowed=(*resolved.narrowed, *zones.narrowed))
-    require_printable(resolved)
-    return resolved
+        plan = replace(plan, zones=zones, narrowed=(*plan.narrowed, *zones.narrowed))
+    require_printable(plan)
+    return plan
 
 
-def require_printable(resolved: ResolvedCase) -> None:
+def require_printable(plan: Plan) -> None:
     """Refuse formats that cannot hold the lattice of a case which writes them.
 
     Raises
     ------
     CaseError
     """
-    case, zones = resolved.case, resolved.zones
+    case, zones = plan.case, plan.zones
     if case.run.stop_after in ("solid", "sizing"):
         return
     followed = case.lattice.graded_size or case.lattice.orientation is not None
     planned = PlannedPrint(
-        axes=resolved.cell.axes if zones is None else zones.cells.axes,
-        cell_map=None if followed else resolved.layout.cell_map,
-        domain=resolved.domain,
+        axes=plan.cell.axes if zones is None else zones.cells.axes,
+        cell_map=None if followed else plan.layout.cell_map,
+        domain=plan.domain,
         layer_height=None if case.print is None else case.print.layer_height,
     )
-    require_writable(resolved.lattice_files, planned, case.where)
+    require_writable(plan.tools.files, planned, case.where)
 
 
-def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
+def _without_zones(case: Case, registry: Registry) -> Plan:
     """The case as if it had no zones."""
     material = case_material(case.material, registry, case.where)
     yielding = require_below_yield(case.limits, material, case.where)
     with locating(case.where, "lattice.cell"):
         family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
     parameters = cell_parameters(case.lattice.parameters, family, case.where)
-    files = lattice_files(case.output.formats, registry, case.where)
-    solver = linear_solver(case.run.solver, registry, case.where)
-    mesher = _mesher(case, registry, "part.mesher", case.part.mesher or PYTETWILD.name)
-    surface_mesher = _mesher(case, registry, "run.mesher", case.run.mesher)
-    analysis = explicit_analysis(case, registry)
+    tools = stated_tools(case, registry)
     # Reading comes before what may take seconds: a damaged file is found at once.
     case, part = fitting_part(case, registry)
     with locating(case.where, "lattice.cell"):
@@ -193,21 +173,18 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
     expected = expected_design(domain, cell, layout, bounds)
     domain = with_cuts(place, registry.components, expected, layout.least)
     balances = load_balances(case.load_case, part, material.density, case.where)
-    return ResolvedCase(
+    return Plan(
         case=case,
+        tools=tools,
         material=material,
-        cell=cell,
         part=part,
         domain=domain,
-        layout=layout,
+        cell=cell,
         law=law,
-        solver=solver,
+        layout=layout,
         bounds=bounds,
         balances=balances,
-        mesher=mesher,
-        surface_mesher=surface_mesher,
-        analysis=analysis,
-        lattice_files=files,
+        symmetry=symmetry_planes(case.load_case, part, case.where),
         limits=stated_limits(registry.limits, case.limits, case.load_case, material),
         warnings=(
             *case.warnings,
@@ -259,24 +236,17 @@ def with_acceptance(case: Case) -> Case:
     return case.model_copy(update={"run": case.run.model_copy(update={"acceptance": "whole"})})
 
 
-def _mesher(case: Case, registry: Registry, key: str, name: str) -> Mesher:
-    """The mesher that a key names."""
-    with locating(case.where, key):
-        mesher: Mesher = lookup(registry, "meshers", name)
-    return mesher
-
-
-def stated_zones(resolved: ResolvedCase) -> tuple[ResolvedZone, ...]:
+def stated_zones(plan: Plan) -> tuple[ResolvedZone, ...]:
     """Every zone, the first the lattice outside all others; only that one without zones."""
-    if resolved.zones is not None:
-        return resolved.zones.zones
+    if plan.zones is not None:
+        return plan.zones.zones
     return (
         ResolvedZone(
             name="lattice",
-            lattice=resolved.case.lattice,
-            where=resolved.case.where,
-            cell=resolved.cell,
-            law=resolved.law,
-            bounds=resolved.bounds,
+            lattice=plan.case.lattice,
+            where=plan.case.where,
+            cell=plan.cell,
+            law=plan.law,
+            bounds=plan.bounds,
         ),
     )
