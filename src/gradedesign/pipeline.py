@@ -16,7 +16,7 @@ from pathlib import Path
 from gradedesign.common.system.progress import Listener, ignore
 from gradedesign.design.case.schema import Case
 from gradedesign.design.loop.accepted import Accepted, accept_design, judge_stress
-from gradedesign.design.loop.analysed import Analysed, analyse_design
+from gradedesign.design.loop.analysed import Analysed, analyse_cells
 from gradedesign.design.loop.announce import Announcer
 from gradedesign.design.loop.best_rows import best_rows
 from gradedesign.design.loop.ended import why_ended
@@ -257,6 +257,12 @@ def loop_stages(
         cost.begin_acceptance(iteration, deadline, announce)
         return cost.timed(lambda: judge(model, out, announce, iteration, analysed))
 
+    def judge_postponed(accepted: Accepted) -> Accepted:
+        with announce.stage("acceptance"):
+            accepted = judge_stress(model.limits, case.run, accepted, announce)
+        announce.limits("acceptance", accepted.rows)
+        return accepted
+
     def store_iteration(finished: tuple[DesignIteration, ...]) -> None:
         save_iteration(out, key, finished[-1])
         announce.iteration(finished[-1])
@@ -265,21 +271,13 @@ def loop_stages(
     return Stages(
         iterate=iterate,
         accept=accept,
-        judge_stress=lambda accepted: judge_postponed(model, announce, accepted),
+        judge_stress=judge_postponed,
         why_ended=lambda finished, factors: why_ended(
             model, finished, factors, deadline, cost.reserved(finished)
         ),
         store_iteration=store_iteration,
         store_acceptance=lambda *judged: save_acceptance(out, key, *judged),
     )
-
-
-def judge_postponed(model: DesignModel, announce: Announcer, accepted: Accepted) -> Accepted:
-    """Have the submodels judge the last design, for which they were postponed."""
-    with announce.stage("acceptance"):
-        accepted = judge_stress(model.limits, model.plan.case.run, accepted, announce)
-    announce.limits("acceptance", accepted.rows)
-    return accepted
 
 
 def shown_design(
@@ -308,7 +306,8 @@ def shown_design(
     else:
         design, remeshed = best_iteration(iterations), None
         with announce.stage("explicit"):
-            analysed = analyse_design(model, design.rho, on_event=announce.listener)
+            model = with_cells(model, design.rho)
+            analysed = analyse_cells(model, design.rho, on_event=announce.listener)
             surface, _, _ = export_surface(model.plan, partial(written_back, out), analysed)
             rows = best_rows(
                 model.limits, model.plan.tools.analysis, design, analysed, announce.listener
@@ -328,7 +327,8 @@ def judge(
     """Export the surface of an iteration's design and have it accepted or refused."""
     if analysed is None:
         with announce.stage("explicit"):
-            analysed = analyse_design(model, iteration.rho, on_event=announce.listener)
+            model = with_cells(model, iteration.rho)
+            analysed = analyse_cells(model, iteration.rho, on_event=announce.listener)
     with announce.stage("acceptance"):
         accepted = accept_design(model, partial(written_back, out), iteration, analysed, announce)
     announce.limits("acceptance", accepted.rows)

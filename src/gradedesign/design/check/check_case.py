@@ -156,7 +156,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
     run = predicted_run(plan, inside.shape[1])
     periodic = why_periodic(case, plan.law.kind, plan.cell, run.bounds[0], plan.part, plan.layout)
     remarks += [
-        *periodic_warnings(case, plan.part, plan.layout, periodic),
+        *periodic_warnings(case.lattice, plan.part, plan.layout, periodic),
         *_left_out(plan.support_zones, unjudged),
         *symmetry_warnings(plan.symmetry, case.lattice.skin, plan.cell, plan.layout),
         *budget_warnings(case.run, run),

@@ -7,7 +7,6 @@ from math import inf
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.system.progress import Event, Listener, ignore
-from gradedesign.design.loop.graded_cells import with_cells
 from gradedesign.design.loop.iteration_steps import (
     build_design,
     density_grid,
@@ -48,54 +47,28 @@ class Analysed:
     remeshed_size: float
 
 
-def analyse_design(
-    model: DesignModel,
-    rho: FloatArray,
-    *,
-    spacing: float | None = None,
-    on_event: Listener = ignore,
-) -> Analysed:
-    """Build the lattice of element densities and analyse it.
-
-    ``spacing``, mm, is taken as it is; without it the resolution follows the thinnest wall and is
-    refined until it holds what the field holds.
-    """
-    return analyse_cells(with_cells(model, rho), rho, spacing=spacing, on_event=on_event)
-
-
 def analyse_cells(
-    model: DesignModel,
-    rho: FloatArray,
-    *,
-    spacing: float | None = None,
-    at_most: float = inf,
-    on_event: Listener = ignore,
+    model: DesignModel, rho: FloatArray, *, at_most: float = inf, on_event: Listener = ignore
 ) -> Analysed:
     """Build the lattice of element densities in the cells of the model and analyse it.
 
+    The resolution follows the thinnest wall and is refined until it holds what the field holds.
     ``at_most``, mm, is the spacing of the iteration before: corrections include the error of its
     grid, so they are not valid on a coarser one. A coarser grid is taken, with a message, where the
     memory does not hold this one.
     """
-    analysis = model.plan.tools.analysis
+    plan, analysis = model.plan, model.plan.tools.analysis
     grid = density_grid(model, rho)
-    design = build_design(model.plan.domain, model.cells, grid)
-    grading = None
-    if spacing is not None:
-        resolution, follows = Resolution(spacing=spacing), spacing
-    else:
-        follows = explicit_spacing(model, grid)
-        planned = planned_design(model, rho)
-        stated = model.plan.case.run.states_resolution
-        fine = small_solid_spacing(analysis, planned, follows, stated=stated)
-        resolution = Resolution(spacing=min(fine, at_most), coarsest=follows * analysis.coarsest)
-        if analysis.name == FINITE_CELLS.name:
-            grading = wall_grading(model, grid, follows)
-    solid = printed_solid(model, design, grading)
+    design = build_design(plan.domain, model.cells, grid)
+    follows = explicit_spacing(model, grid)
+    planned = planned_design(model, rho)
+    fine = small_solid_spacing(analysis, planned, follows, stated=plan.case.run.states_resolution)
+    graded = analysis.name == FINITE_CELLS.name
+    solid = printed_solid(model, design, wall_grading(model, grid, follows) if graded else None)
     result = analyse_printed_solid(
         analysis,
         solid,
-        resolution,
+        Resolution(spacing=min(fine, at_most), coarsest=follows * analysis.coarsest),
         lambda message: on_event(Event(stage="explicit", message=message)),
     )
     return Analysed(

@@ -239,8 +239,9 @@ def explicit_spacing_for(plan: Plan, element: float) -> float:
 
     ``element``, mm, is the size that the thinnest wall needs.
     """
-    if plan.case.run.explicit_mesh_size is not None:
-        return plan.case.run.explicit_mesh_size
+    case = plan.case
+    if case.run.explicit_mesh_size is not None:
+        return case.run.explicit_mesh_size
     return float(grid_spacing(plan.domain, element, 1.0, plan.tools.analysis))
 
 

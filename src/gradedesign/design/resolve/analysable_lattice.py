@@ -40,19 +40,20 @@ def analysable_lattice(
     ResourceError
         If the memory of the case holds no density of its window.
     """
+    case = plan.case
     part = planned_part(
         plan.part.surface,
         plan.domain,
         latticed=latticed,
         solid=solid,
-        load_cases=len(plan.case.load_case),
+        load_cases=len(case.load_case),
         goals=stated_goals(plan.limits),
     )
     able = analysable_together(
         [
             analysable_bounds(
-                plan.case.lattice,
-                plan.case.run,
+                case.lattice,
+                case.run,
                 zone.cell,
                 window,
                 plan.layout.least,
@@ -64,8 +65,8 @@ def analysable_lattice(
         ]
     )
     if able.refusal:
-        raise ResourceError(f"{plan.case.where('run.memory')}: {able.refusal}")
-    if plan.case.run.stop_after != "verdict":
+        raise ResourceError(f"{case.where('run.memory')}: {able.refusal}")
+    if case.run.stop_after != "verdict":
         return able
     return replace(able, warnings=(*joined_faces(able, plan.part.surface), *able.warnings))
 

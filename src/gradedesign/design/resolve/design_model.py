@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.common.system.progress import Listener, ignore, report_step, stepping
 from gradedesign.common.values.locate import locating
 from gradedesign.design.case.schema import Case
@@ -201,12 +201,27 @@ def placed_limits(
     facets: Mapping[str, IntArray],
     kinds: Mapping[str, LimitKind],
 ) -> tuple[tuple[Limit, ...], tuple[str, ...]]:
-    """Limits of a case on the tetrahedra of its part, and their warnings."""
+    """Limits of a case on the tetrahedra of its part, and their warnings.
+
+    Raises
+    ------
+    CaseError
+        If tetrahedra are so coarse that the zones around supports leave too little of the part or
+        of its lattice to a limit of stress.
+    """
     case, zones, space = plan.case, plan.support_zones, homogenised.space
     evaluated = evaluated_at(centroids(space.mesh), zones)
     lattice_volumes = homogenised.lattice_volumes
     if allowed_stress(case.limits, plan.material) is not None:
-        _require_judged(case, evaluated, homogenised.volumes, lattice_volumes)
+        bodies = [v for v in (homogenised.volumes, lattice_volumes) if v.any()]
+        share = min(float(v @ evaluated) / float(v.sum()) for v in bodies)
+        if share < LEAST_JUDGED:
+            raise CaseError(
+                f"{case.where('part.mesh_size')}: on tetrahedra of {case.part.element_size:.4g} mm "
+                f"{share:.0%} of the part or of its lattice is left to the limit of stress outside "
+                f"the exclusion radius; expected {LEAST_JUDGED:.0%} at least: take a smaller "
+                f"mesh_size or [limits] exclusion_radius"
+            )
     return made_limits(
         kinds,
         case.limits,
@@ -223,24 +238,3 @@ def placed_limits(
             supports={load.name: load.supports for load in homogenised.cases},
         ),
     )
-
-
-def _require_judged(
-    case: Case, evaluated: BoolArray, volumes: FloatArray, lattice_volumes: FloatArray
-) -> None:
-    """Refuse tetrahedra too coarse for the zones around supports.
-
-    Raises
-    ------
-    CaseError
-        If too little of the part or of its lattice is left to a limit of stress.
-    """
-    bodies = [v for v in (volumes, lattice_volumes) if v.any()]
-    share = min(float(v @ evaluated) / float(v.sum()) for v in bodies)
-    if share < LEAST_JUDGED:
-        raise CaseError(
-            f"{case.where('part.mesh_size')}: on tetrahedra of {case.part.element_size:.4g} mm "
-            f"{share:.0%} of the part or of its lattice is left to the limit of stress outside the "
-            f"exclusion radius; expected {LEAST_JUDGED:.0%} at least: take a smaller mesh_size or "
-            f"[limits] exclusion_radius"
-        )

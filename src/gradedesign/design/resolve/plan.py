@@ -238,13 +238,14 @@ def with_acceptance(case: Case) -> Case:
 
 def stated_zones(plan: Plan) -> tuple[ResolvedZone, ...]:
     """Every zone, the first the lattice outside all others; only that one without zones."""
+    case = plan.case
     if plan.zones is not None:
         return plan.zones.zones
     return (
         ResolvedZone(
             name="lattice",
-            lattice=plan.case.lattice,
-            where=plan.case.where,
+            lattice=case.lattice,
+            where=case.where,
             cell=plan.cell,
             law=plan.law,
             bounds=plan.bounds,

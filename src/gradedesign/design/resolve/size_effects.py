@@ -17,6 +17,7 @@ from gradedesign.errors import ResourceError
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.lattice.cell_layout import CellLayout
 from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.part.part import Part
 from gradedesign.mechanics.limits.cell_buckling import KIND as BUCKLING
 from gradedesign.mechanics.sizing.cut_cells import cut_share, share_between_faces
@@ -66,7 +67,7 @@ def why_periodic(
     own = [zone_lattice(lattice, zone, k, case.where)[0] for k, zone in enumerate(case.zone)]
     if any((o.cell, o.parameters) != (lattice.cell, lattice.parameters) for o in own):
         return "cells differ from zone to zone, and only walls of one cell are computed"
-    if not _straight(case):
+    if not _straight(lattice):
         return "only cubic cells of one size in a straight grid are computed"
     if heated:
         return f"thermal forces in walls of few cells are not computed (load case '{heated[0]}')"
@@ -83,23 +84,24 @@ def why_periodic(
     return ""
 
 
-def _straight(case: Case) -> bool:
+def _straight(lattice: LatticeSpec) -> bool:
     """Whether the cells are cubic, of one size and in a straight grid."""
-    lattice = case.lattice
     curved = lattice.cell_map is not None or lattice.warp or lattice.orientation
     return not curved and len(lattice.size) == 1
 
 
-def periodic_warnings(case: Case, part: Part, layout: CellLayout, reason: str) -> tuple[str, ...]:
+def periodic_warnings(
+    lattice: LatticeSpec, part: Part, layout: CellLayout, reason: str
+) -> tuple[str, ...]:
     """Warning on walls of few cells that sizing takes for a periodic lattice.
 
     Nothing where the case switches it off, where half of the lattice has `FEW_CELLS` cells across,
     or less than one, which `thin_wall_warnings` tells.
     """
-    median = median_thickness(case.lattice.rotation, part, layout)
+    median = median_thickness(lattice.rotation, part, layout)
     if median < layout.least or median >= FEW_CELLS * layout.least:
         return ()
-    if not reason or not case.lattice.size_effects:
+    if not reason or not lattice.size_effects:
         return ()
     return (
         f"half of the lattice lies where the part is no thicker than {median:.3g} mm, "
@@ -127,7 +129,7 @@ def with_size_effects(model: DesignModel, on_event: Listener = ignore) -> Design
     case, part, domain, layout = plan.case, plan.part, plan.domain, cells.layout
     low = cells.bounds[0]
     reason = why_periodic(case, cells.law.kind, cells.cell, low, part, domain, layout)
-    warnings = periodic_warnings(case, part, layout, reason)
+    warnings = periodic_warnings(case.lattice, part, layout, reason)
     if not reason:
         report_step("walls of few cells")
         mesh = homogenised.space.mesh
@@ -165,7 +167,7 @@ def with_size_effects(model: DesignModel, on_event: Listener = ignore) -> Design
 def _cut_share(plan: Plan, layout: CellLayout, homogenised: HomogenisedModel) -> FloatArray:
     """Share of the critical stress that cut cells keep, ``(M,)``."""
     case, part, lattice = plan.case, plan.part, homogenised.solid_fraction < 1
-    if _straight(case):
+    if _straight(case.lattice):
         mesh = homogenised.space.mesh
         return cut_share(layout.cell_map, part, plan.domain, mesh, lattice)
     # Faces of walls are not found along curved or graded cells: all count as one wall.

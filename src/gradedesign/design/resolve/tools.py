@@ -57,17 +57,17 @@ def stated_tools(case: Case, registry: Registry) -> Tools:
     """
     files = lattice_files(case.output.formats, registry, case.where)
     return Tools(
-        mesher=_mesher(case, registry, "part.mesher", case.part.mesher or PYTETWILD.name),
-        surface_mesher=_mesher(case, registry, "run.mesher", case.run.mesher),
+        mesher=_mesher(case.part.mesher or PYTETWILD.name, registry, case.where, "part.mesher"),
+        surface_mesher=_mesher(case.run.mesher, registry, case.where, "run.mesher"),
         solver=linear_solver(case.run.solver, registry, case.where),
         analysis=explicit_analysis(case, registry),
         files=files,
     )
 
 
-def _mesher(case: Case, registry: Registry, key: str, name: str) -> Mesher:
+def _mesher(name: str, registry: Registry, where: Where, key: str) -> Mesher:
     """The mesher that a key names."""
-    with locating(case.where, key):
+    with locating(where, key):
         mesher: Mesher = lookup(registry, "meshers", name)
     return mesher
 

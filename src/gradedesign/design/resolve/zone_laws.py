@@ -55,6 +55,7 @@ def zone_laws(
     CaseError, DensityError, LatticeError, SolverError
         As `resolve_law`.
     """
+    case = plan.case
     zones = plan.zones
     if zones is None:
         return None
@@ -62,11 +63,11 @@ def zone_laws(
     bounds, warnings = [], []
     for k, zone in enumerate(zones.zones):
         number = zones.number_of(zone)
-        with locating(plan.case.where, "lattice.law" if k == 0 else f"zone[{k - 1}]"):
+        with locating(case.where, "lattice.law" if k == 0 else f"zone[{k - 1}]"):
             if number not in laws:
                 laws[number], remarks = resolve_law(
                     zone.lattice,
-                    plan.case.limits,
+                    case.limits,
                     registry,
                     zone.cell,
                     zone.where,
@@ -76,7 +77,7 @@ def zone_laws(
                 warnings += [f"zone '{zone.name}': {remark}" for remark in remarks]
             zone_bounds, _ = density_bounds(
                 zone.lattice,
-                plan.case.print,
+                case.print,
                 zone.cell,
                 laws[number],
                 plan.layout.least,
@@ -116,6 +117,7 @@ def zoning(
     DensityError
         If a mix exists at none of the densities of the zones that meet.
     """
+    case = plan.case
     zones = plan.zones
     if zones is None:
         raise ValueError("the case has no zones")
@@ -136,10 +138,10 @@ def zoning(
         weights=zones.weights,
         factors=factors,
     )
-    with locating(plan.case.where, "zone"):
+    with locating(case.where, "zone"):
         windows = zone_windows(plain, centres)
         require_windows(plain, centres, windows)
-    zoned = _with_windows(plain, windows, uniform=plan.case.lattice.grading == "uniform")
+    zoned = _with_windows(plain, windows, uniform=case.lattice.grading == "uniform")
     return zoned, _mix_warnings(zones.cells.members, factors)
 
 
@@ -161,8 +163,9 @@ def _factors(
     on_event: Listener,
 ) -> dict[tuple[int, int], MixFactors]:
     """Factors of every transition."""
+    case = plan.case
     factors = {}
-    printer, edges = plan.case.print, plan.case.lattice.edges
+    printer, edges = case.print, case.lattice.edges
 
     def tell(cell: Cell, rho: float) -> None:
         message = f"computing the mix {cell.name} at density {rho:.3g}"
@@ -171,7 +174,7 @@ def _factors(
     for i, j in zones.cells.blends:
         meeting = [zone.bounds for zone in made if zone.cell in (i, j)]
         bounds = min(b[0] for b in meeting), max(b[1] for b in meeting)
-        with locating(plan.case.where, "zone"):
+        with locating(case.where, "zone"):
             mix = mix_factors(
                 zones.cells,
                 (i, j),

@@ -9,7 +9,6 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.design.loop.iteration import DesignIteration
-from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.solid_stress import solid_field
 from gradedesign.design.verdict.shown import Shown
 from gradedesign.geometry.formats.field_set import FieldSet
@@ -41,11 +40,13 @@ class Computed:
         return self.rho if self.shown is None else self.shown.rho
 
 
-def computed_fields(model: DesignModel, computed: Computed) -> Iterator[FieldSet]:
+def computed_fields(
+    part: HomogenisedModel, solid: Sequence[Solution], computed: Computed
+) -> Iterator[FieldSet]:
     """Fields of the solid part before sizing, else of designs and of the analysed lattice."""
-    part, density = model.homogenised, computed.density
+    density = computed.density
     if density is None:
-        yield _solid(part, model.solutions)
+        yield _solid(part, solid)
         return
     yield _density(part, "density", density)
     for done in computed.iterations:

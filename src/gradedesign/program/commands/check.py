@@ -237,9 +237,10 @@ def _lattice_lines(checked: CaseCheck) -> Iterator[str]:
 
 
 def _cost_lines(checked: CaseCheck) -> Iterator[str]:
-    run, budget = checked.run, checked.plan.case.run
+    case = checked.plan.case
+    run, budget = checked.run, case.run
     cost = run.cost
-    exact = "" if checked.plan.case.part.bricks is not None else "about "
+    exact = "" if case.part.bricks is not None else "about "
     yield f"mesh of the part: {exact}{cost.part_dofs} unknowns at {_mesh_size(checked)}"
     yield f"explicit grid: {run.grid.spacing:.3g} mm, set by {run.grid.set_by}"
     if run.explicit:

@@ -53,11 +53,12 @@ def analysed_models(
     printed : Shown, optional
         The printed lattice.
     """
-    yield _solid(model)
+    name = model.plan.case.name
+    yield _solid(name, model.homogenised, model.facets, model.solutions)
     if rho is not None:
-        yield _homogenised(model, rho, correction)
+        yield _homogenised(name, model, rho, correction)
     if printed is not None and (solved := _tets(printed)) is not None:
-        yield _explicit(model.plan.case.name, printed.analysed.solid, solved)
+        yield _explicit(name, printed.analysed.solid, solved)
 
 
 def without_model(printed: Shown | None) -> dict[str, str]:
@@ -73,22 +74,28 @@ def _tets(printed: Shown) -> TetFields | None:
     return solved if isinstance(solved, TetFields) else None
 
 
-def _solid(model: DesignModel) -> AnalysedModel:
+def _solid(
+    name: str,
+    part: HomogenisedModel,
+    facets: Mapping[str, IntArray],
+    solutions: Sequence[Solution],
+) -> AnalysedModel:
     """``solid``: the fully solid part."""
-    part = model.homogenised
     density = np.full(part.space.element_count, part.material.density)
     return AnalysedModel(
         name="solid",
-        title=["gradedesign: the fully solid part", model.plan.case.name],
+        title=["gradedesign: the fully solid part", name],
         space=part.space,
         stiffness=dense_stiffness(part.space, part.material),
-        steps=_steps(part.space, part.cases, density, model.solutions),
+        steps=_steps(part.space, part.cases, density, solutions),
         thermal_expansion=part.material.thermal_expansion,
-        node_sets=_node_sets(part.space, model.facets),
+        node_sets=_node_sets(part.space, facets),
     )
 
 
-def _homogenised(model: DesignModel, rho: FloatArray, correction: Correction) -> AnalysedModel:
+def _homogenised(
+    name: str, model: DesignModel, rho: FloatArray, correction: Correction
+) -> AnalysedModel:
     """``homogenised``: a design as homogenised solid.
 
     Every tetrahedron has the stiffness of its own density. Where the run varies it inside the
@@ -107,7 +114,7 @@ def _homogenised(model: DesignModel, rho: FloatArray, correction: Correction) ->
         name="homogenised",
         title=[
             "gradedesign: the part as homogenised solid, a material for each density",
-            model.plan.case.name,
+            name,
         ],
         space=part.space,
         stiffness=stiffness,

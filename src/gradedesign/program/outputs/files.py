@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -41,7 +41,6 @@ from gradedesign.mechanics.explicit.explicit import governing_load_case
 from gradedesign.mechanics.explicit.support_zones import evaluated_at
 from gradedesign.mechanics.limits.local_stress import allowed_stress
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
-from gradedesign.program.outputs.analysed_model import AnalysedModel
 from gradedesign.program.outputs.analysed_models import analysed_models, without_model
 from gradedesign.program.outputs.iteration_log import iteration_log
 from gradedesign.program.outputs.output import FinishedRun, Output
@@ -74,11 +73,11 @@ def write_outputs(
     computed: Computed,
 ) -> RunResult:
     """Write the files of what was computed, and return the result with their names."""
-    plan, part = model.plan, model.homogenised
+    plan, part, case = model.plan, model.homogenised, model.plan.case
     files: dict[str, str] = {}
     shown, rho = computed.shown, computed.rho
     warnings: list[str] = list(result.warnings)
-    outputs = stated_outputs(plan.case.output.formats, registry)
+    outputs = stated_outputs(case.output.formats, registry)
 
     def current() -> RunResult:
         return replace(
@@ -89,11 +88,17 @@ def write_outputs(
             timing_s=announce.timing(),
         )
 
-    run = finished_run(out, plan.case.path, files, current)
+    run = finished_run(out, case.path, files, current)
     run = replace(
         run,
-        fields=partial(computed_fields, model, computed),
-        models=partial(_models, model, computed),
+        fields=partial(computed_fields, part, model.solutions, computed),
+        models=partial(
+            analysed_models,
+            model,
+            rho=computed.density,
+            correction=_learned(computed.iterations, computed.density),
+            printed=shown,
+        ),
         no_model=without_model(shown),
     )
     with announce.stage("output"):
@@ -106,11 +111,11 @@ def write_outputs(
         if shown is not None:
             warnings += _exported_files(out, plan, shown.surface, shown.analysed.design, files)
             warnings += _lattice_pictures(out, plan, shown, files)
-        elif rho is not None and plan.case.run.stop_after == "lattice":
+        elif rho is not None and case.run.stop_after == "lattice":
             warnings += _unjudged_lattice(out, model, rho, files)
     files |= {"log": "iterations.csv", "result": RESULT_NAME}
     printed = [STL_NAME, *(file.name for file in plan.tools.files)]
-    result = stamped(out, plan.case.part, result, printed)
+    result = stamped(out, case.part, result, printed)
     out.write_text("iterations.csv", iteration_log(result.iterations))
     for output in outputs:
         if output.last:
@@ -162,16 +167,6 @@ def finished_run(
 
     case_text = case_file.read_text(encoding="utf-8")
     return FinishedRun(case_text=case_text, result=result, write=write, pictures=pictures)
-
-
-def _models(model: DesignModel, computed: Computed) -> Iterator[AnalysedModel]:
-    density = computed.density
-    return analysed_models(
-        model,
-        rho=density,
-        correction=_learned(computed.iterations, density),
-        printed=computed.shown,
-    )
 
 
 def _learned(iterations: Sequence[DesignIteration], rho: FloatArray | None) -> Correction:
