@@ -38,6 +38,7 @@ from gradedesign.mechanics.limits.limit import Limit, LimitKind, PlacedModel
 from gradedesign.mechanics.limits.local_stress import allowed_stress
 from gradedesign.mechanics.limits.row import LEAST_JUDGED, LimitRow
 from gradedesign.mechanics.material.law_field import LawField
+from gradedesign.mechanics.material.scaling_law import ScalingLaw
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel, homogenised_model
 from gradedesign.mechanics.sizing.solid_moments import solid_fraction, solid_moments
 
@@ -112,17 +113,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Desi
         solid=float(volumes @ shares),
     )
     plan = replace(plan, tools=replace(plan.tools, analysis=able.analysis))
-    cells = CellChoice(
-        cell=cell,
-        law=law,
-        bounds=able.bounds,
-        elements_per_wall=able.elements_per_wall,
-        layout=plan.layout,
-    )
-    field = LawField(laws=(law,))
-    zone_warnings: tuple[str, ...] = ()
-    if laws is not None:
-        cells, field, zone_warnings = with_zones(plan, cells, laws, able, mesh, on_event)
+    cells, field, zone_warnings = cells_and_laws(plan, law, laws, able, mesh, on_event)
     names = used_regions(case.load_case, plan.limits)
     facets = part_facets(plan.part, mesh, names, case.part.element_size)
     homogenised = homogenised_model(
@@ -151,15 +142,24 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Desi
     )
 
 
-def with_zones(
+def cells_and_laws(
     plan: Plan,
-    cells: CellChoice,
-    laws: ZoneLaws,
+    law: ScalingLaw,
+    laws: ZoneLaws | None,
     able: Analysable,
     mesh: TetMesh,
     on_event: Listener,
 ) -> tuple[CellChoice, LawField, tuple[str, ...]]:
     """Cells with their zones, the laws of every tetrahedron, and warnings."""
+    cells = CellChoice(
+        cell=plan.cell,
+        law=law,
+        bounds=able.bounds,
+        elements_per_wall=able.elements_per_wall,
+        layout=plan.layout,
+    )
+    if laws is None:
+        return cells, LawField(laws=(law,)), ()
     centres = centroids(mesh)
     made, warnings = zoning(plan, laws, able, centres, on_event)
     low, high = zone_windows(made, centres)
