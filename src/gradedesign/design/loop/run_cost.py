@@ -63,13 +63,13 @@ class RunCost:
             If the linear solver of the case cannot take what is to come.
         """
         self.work = run_work(model)
-        plan = model.plan
+        solver, case = model.plan.tools.solver, model.plan.case
         require_solver_takes(
-            plan.tools.solver,
+            solver,
             self.work,
             self.budget.submodel_count,
-            plan.case.where,
-            bricks=plan.case.part.bricks is not None,
+            case.where,
+            bricks=case.part.bricks is not None,
         )
         self.before = predict_cost(self.work)
         announce.cost(self.before, self.budget)

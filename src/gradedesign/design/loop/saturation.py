@@ -153,7 +153,7 @@ def density_gain(
 
 def sentence(model: DesignModel, row: LimitRow, gain: float) -> str:
     """The limit that is out of reach, and what would help."""
-    plan, cells = model.plan, model.cells
+    plan, cells, case = model.plan, model.cells, model.plan.case
     upper = cells.bounds[1]
     window = min(cells.cell.window[1], cells.law.window[1])
     helps = ["another cell", "smaller cells"]
@@ -162,7 +162,7 @@ def sentence(model: DesignModel, row: LimitRow, gain: float) -> str:
     if window > upper * (1 + AT_BOUND):
         helps.insert(0, f"[lattice] density up to {window:.3g}")
     size = cells.layout.typical
-    if row.key.region in open_regions(plan.case.load_case, plan.part, plan.domain, size):
+    if row.key.region in open_regions(case.load_case, plan.part, plan.domain, size):
         helps.insert(0, plate_key(row.key.region, size))
     why = (
         f"every density that matters for it stands at the upper bound of {upper:.3g}"

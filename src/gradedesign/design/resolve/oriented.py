@@ -87,8 +87,8 @@ def oriented(model: DesignModel) -> DesignModel:
     LatticeError
         If the map folds.
     """
-    plan, cells = model.plan, model.cells
-    case, orientation = plan.case, plan.case.lattice.orientation
+    plan, cells, case = model.plan, model.cells, model.plan.case
+    orientation = case.lattice.orientation
     if orientation is None:
         return model
     tensor_of = stated_directions(orientation, plan.domain.distance, case.run.memory, case.where)
