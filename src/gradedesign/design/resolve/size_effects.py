@@ -155,8 +155,7 @@ def with_size_effects(model: DesignModel, on_event: Listener = ignore) -> Design
             except ResourceError as error:
                 warnings = (*warnings, str(error))
     judged = any(limit.key.kind == BUCKLING.name for limit in model.limits)
-    # A skin ties the cells at the faces.
-    if judged and case.lattice.size_effects and not case.lattice.skin:
+    if judged and case.lattice.size_effects and not domain.ties_faces:
         share = _cut_share(plan, layout, homogenised)
         homogenised = replace(homogenised, cut_share=share)
     for warning in warnings:

@@ -13,7 +13,7 @@ from gradedesign.errors import CaseError
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.shape import evaluate_shape
 from gradedesign.geometry.lattice.cell_layout import CellLayout
-from gradedesign.geometry.lattice.skin_schema import SkinSpec
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.part.part import Part
 from gradedesign.geometry.part.regions import Region
 from gradedesign.geometry.triangles.surface_mesh import area_vectors
@@ -196,17 +196,9 @@ def symmetry_data(planes: Sequence[SymmetryPlane], solid_mass_g: float) -> dict[
 
 
 def symmetry_warnings(
-    planes: Sequence[SymmetryPlane], skins: Sequence[SkinSpec], cell: Cell, layout: CellLayout
+    planes: Sequence[SymmetryPlane], lattice: LatticeSpec, cell: Cell, layout: CellLayout
 ) -> tuple[str, ...]:
-    """Warn of cells that do not mirror on planes of symmetry, and of skins that close them.
-
-    Parameters
-    ----------
-    planes : sequence of SymmetryPlane
-    skins : sequence of SkinSpec
-    cell : Cell
-    layout : CellLayout
-    """
+    """Warn of cells that do not mirror on planes of symmetry, and of skins that close them."""
     told = []
     level = float(cell.level_of(float(np.mean(cell.window))))
     for plane in planes:
@@ -225,7 +217,7 @@ def symmetry_warnings(
                 f"{cell.name} goes on beyond it {share:.0%} of places differ; what is judged is "
                 f"this body with its mirror image, whose cells meet there, and no other lattice"
             )
-        closed = [spec for spec in skins if not spec.net]
+        closed = [spec for spec in lattice.skin if not spec.net]
         if any(not spec.faces or plane.region in spec.faces for spec in closed):
             told.append(
                 f"the skin closes the plane of symmetry {plane.words} too, a wall of twice its "
