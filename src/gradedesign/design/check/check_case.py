@@ -153,8 +153,6 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
         plan.domain,
         plan.layout,
     )
-    run = predicted_run(plan, inside.shape[1])
-    periodic = why_periodic(case, plan.law.kind, plan.cell, run.bounds[0], plan.part, plan.layout)
     remarks += [
         *periodic_warnings(case.lattice, plan.part, plan.layout, periodic),
         *_left_out(plan.support_zones, unjudged),

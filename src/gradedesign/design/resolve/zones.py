@@ -149,7 +149,7 @@ def resolve_zones(
         _require_strengths(zones)
         with locating(case.where, "zone"):
             length = min(borders.widths) / case.lattice.cell_size
-            cells = _joined(zones, members, borders.weights, at_points, length)
+            cells = _joined(length, zones, members, borders.weights, at_points)
     return ResolvedZones(
         zones=tuple(zones),
         weights=borders.weights,
