@@ -10,7 +10,6 @@ import pytest
 
 from gradedesign.errors import CaseError
 from gradedesign.geometry.part._clip import clip_to_box
-from gradedesign.geometry.part._face_filters import point_distance
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.regions import select_regions
 from gradedesign.geometry.part.regions_schema import RegionSpec
@@ -241,18 +240,6 @@ def test_clipping_keeps_direction_and_area():
     share = ((points > lower) & (points < upper)).all(axis=2).mean(axis=1)
     clipped = np.bincount(source, np.linalg.norm(part, axis=1), minlength=200)
     np.testing.assert_allclose(clipped / np.linalg.norm(whole, axis=1), share, atol=0.04)
-
-
-def test_point_distance_against_dense_sampling():
-    rng = np.random.default_rng(13)
-    u = np.sort(rng.uniform(size=(20000, 2)), axis=1)
-    weights = np.stack([u[:, 0], u[:, 1] - u[:, 0], 1 - u[:, 1]], axis=1)
-    for _ in range(30):
-        triangle, point = rng.uniform(-1, 1, (3, 3)), rng.uniform(-2, 2, 3)
-        sampled = np.linalg.norm(weights @ triangle - point, axis=1).min()
-        exact = point_distance(triangle[None], point)
-        assert exact <= sampled + 1e-12
-        assert exact == pytest.approx(sampled, abs=0.03)
 
 
 def test_a_region_knows_the_bore_that_it_is_the_wall_of(plate):

@@ -114,25 +114,6 @@ def matches(part: FacedPart, spec: RegionSpec) -> Iterator[Match]:
         yield _centred_in_box(part, spec.inside)
 
 
-def point_distance(corners: FloatArray, point: FloatArray) -> float:
-    """Distance of a point from the nearest of triangles ``(k, 3, 3)``, mm."""
-    a, b, c = np.moveaxis(corners, 1, 0)
-    normal = np.cross(b - a, c - a)
-    twice = np.maximum((normal**2).sum(axis=1), 1e-300)
-    height = ((point - a) * normal).sum(axis=1)
-    foot = point - normal * (height / twice)[:, None]
-    within = np.ones(len(a), dtype=bool)
-    best = np.full(len(a), np.inf)
-    for p, q in ((a, b), (b, c), (c, a)):
-        edge = q - p
-        within &= (np.cross(edge, foot - p) * normal).sum(axis=1) >= 0.0
-        length = np.maximum((edge**2).sum(axis=1), 1e-300)
-        share = np.clip(((point - p) * edge).sum(axis=1) / length, 0.0, 1.0)
-        best = np.minimum(best, np.linalg.norm(p + share[:, None] * edge - point, axis=1))
-    inner = np.abs(height) / np.sqrt(twice)
-    return float(np.where(within, inner, best).min())
-
-
 def _on_plane(part: FacedPart, spec: PlaneSpec) -> Match:
     """Flat faces that lie on a plane, facing either way."""
     point, normal, words = plane_of(spec, part.lower, part.upper)

@@ -16,7 +16,6 @@ from gradedesign.geometry.part._face_filters import (
     Match,
     faced_part,
     matches,
-    point_distance,
 )
 from gradedesign.geometry.part._file_filter import marked_triangles
 from gradedesign.geometry.part._nesting import facet_areas
@@ -24,8 +23,12 @@ from gradedesign.geometry.part._region_messages import check_assertions, listing
 from gradedesign.geometry.part.bore import Bore, common_bore
 from gradedesign.geometry.part.file_faces import FileFaces
 from gradedesign.geometry.part.regions_schema import BoxSpec, RegionSpec
+from gradedesign.geometry.part.signed_distance import region_distance
 from gradedesign.geometry.part.smooth_faces import SmoothFaces
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
+
+#: Distances that differ by this share of the part's diagonal differ by rounding only.
+_EQUAL = 1e-12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -205,12 +208,11 @@ def _combined(
 
 def _nearest(part: FacedPart, fits: BoolArray, point: FloatArray) -> BoolArray:
     """Keep the one face nearest to a point; the first of equals."""
-    distance = [
-        point_distance(corners, point) if fit else np.inf
-        for corners, fit in zip(part.corners, fits, strict=True)
-    ]
+    chosen = np.flatnonzero(fits)
+    to_face = [float(region_distance(part.corners[k])(point[:, None])[0]) for k in chosen]
+    equal = np.array(to_face) <= min(to_face) + _EQUAL * part.diagonal
     result = np.zeros(len(fits), dtype=bool)
-    result[int(np.argmin(distance))] = True
+    result[chosen[equal][0]] = True
     return result
 
 
