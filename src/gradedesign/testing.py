@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import PluginError
@@ -24,10 +25,11 @@ from gradedesign.geometry.cell.shape import evaluate_shape, grid_nodes, spread_p
 from gradedesign.geometry.cell.wall_size import wall_mm
 from gradedesign.geometry.fields.algebra import gradient
 from gradedesign.geometry.fields.segment_distance import periodic_distance_to_segments
+from gradedesign.geometry.lattice.component import SolidComponent
 from gradedesign.mechanics.homogenise.bounds import check_bounds
 from gradedesign.mechanics.material.scaling_law import ScalingLaw
 
-__all__ = ["check_cell_family", "check_scaling_law"]
+__all__ = ["check_cell_family", "check_component", "check_scaling_law"]
 
 log = logging.getLogger(__name__)
 
@@ -55,6 +57,12 @@ _STEEP = 0.5
 #: Millions of values that the kit evaluates: for densities and levels, and for walls of sheets and
 #: of networks. Walls of a true distance need none. Chosen, not measured.
 _FOR_DENSITIES, _FOR_SHEETS, _FOR_NETWORKS = 3.0, 6.0, 3.0
+
+
+#: Points of a box at which a component is checked: a plate of a thousandth of the box holds some.
+_IN_BOX = 20_000
+#: Slope of a distance by differences may exceed one by their rounding. Chosen, not measured.
+_STEEPER = 1e-3
 
 
 def check_cell_family(family: CellFamily, *, on_step: Callable[[str], None] | None = None) -> None:
@@ -194,6 +202,57 @@ def check_scaling_law(law: ScalingLaw) -> None:
             f"law '{law.name}': the stiffness derivative is off by "
             f"{np.abs(derivative - slope).max():.3g} from differences"
         )
+
+
+def check_component(component: SolidComponent, lower: ArrayLike, upper: ArrayLike) -> None:
+    """Check that a solid component keeps what the lattice's field relies on, in the box of a part.
+
+    Output that follows the shape of the input; finite values; an unmodified input; a slope of one
+    at most, which bounds of its distance from a coarse grid need; a place of the box that it holds;
+    a positive least thickness.
+
+    Parameters
+    ----------
+    component : SolidComponent
+    lower, upper : (3,) array_like, mm
+        The part is taken for the box between these corners.
+
+    Raises
+    ------
+    PluginError
+        Naming the component, what was found and what was expected.
+    """
+    low, high = (np.asarray(end, dtype=np.float64)[:, None] for end in (lower, upper))
+    points = low + (high - low) * spread_points(_IN_BOX)
+    before, name = points.copy(), f"component '{component.name}'"
+
+    def distance(at: FloatArray) -> FloatArray:
+        shape = (3, *[1] * (at.ndim - 1))
+        to_faces = np.maximum(low.reshape(shape) - at, at - high.reshape(shape)).max(axis=0)
+        return np.asarray(component.distance(at, to_faces))
+
+    values = distance(points)
+    grid = distance(points[:, :60].reshape(3, 3, 4, 5))
+    if values.shape != (_IN_BOX,) or not np.array_equal(grid.ravel(), values[:60]):
+        raise PluginError(
+            f"{name}: values depend on the shape of the array of points; use axis 0 for the "
+            f"coordinates only, and return (...) for points (3, ...)"
+        )
+    if not np.array_equal(points, before):
+        raise PluginError(f"{name}: the distance changed its input")
+    if not np.isfinite(values).all():
+        raise PluginError(f"{name}: the distance is not finite everywhere in the part")
+    step = 1e-6 * float(np.linalg.norm(high - low))
+    steepest = float(np.linalg.norm(gradient(distance, points, step), axis=0).max())
+    if steepest > 1.0 + _STEEPER:
+        raise PluginError(
+            f"{name}: the distance changes by {steepest:.4g} mm per mm; expected 1 at most, else "
+            f"places are taken for far away that are not: divide it by its slope"
+        )
+    if not (values < 0).any():
+        raise PluginError(f"{name}: holds no place of the part; expected one below 0")
+    if not component.least > 0:
+        raise PluginError(f"{name}: has a least thickness of {component.least:g} mm, expected more")
 
 
 def _check_law_bounds(law: ScalingLaw) -> None:

@@ -3,6 +3,7 @@
 import re
 import sys
 import types
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ import gradedesign
 from gradedesign.errors import CaseError, PluginError
 from gradedesign.program.host.read_case import load_case
 from gradedesign.program.host.registry import build_registry
+from gradedesign.testing import check_component
 
 README = (Path(__file__).parents[2] / "plugins" / "README.md").read_text(encoding="utf-8")
 #: A bar of 16 x 8 x 8 mm.
@@ -70,6 +72,32 @@ def test_a_plugins_component_is_in_the_mass_of_the_sized_part(tmp_path, registry
     ball, bar = 4 / 3 * np.pi * 3.0**3, 16 * 8 * 8
     # The ball is taken as linear in pieces of 0.4 mm: a polyhedron, too small by some per cent.
     assert result.relative_density == pytest.approx((ball + 0.3 * (bar - ball)) / bar, rel=0.01)
+
+
+def test_it_passes_the_kit_and_others_do_not(plugin):
+    upper = (16.0, 8.0, 8.0)
+    core = plugin.Core(name="core", centre=(8.0, 4.0, 4.0), radius=3.0)
+    check_component(core, (0, 0, 0), upper)
+    with pytest.raises(PluginError, match="holds no place"):
+        check_component(replace(core, centre=(40.0, 4.0, 4.0)), (0, 0, 0), upper)
+    with pytest.raises(PluginError, match="least thickness of 0 mm"):
+        check_component(Flat(name="flat"), (0, 0, 0), upper)
+    with pytest.raises(PluginError, match=r"changes by 1\.01 mm per mm; expected 1 at most"):
+        check_component(Flat(name="steep", slope=1.01), (0, 0, 0), upper)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Flat(gradedesign.SolidComponent):
+    """The part below z = 4 mm, as thin as nothing."""
+
+    slope: float = 1.0
+
+    @property
+    def least(self):
+        return 0.0
+
+    def distance(self, points, to_part):  # noqa: ARG002
+        return self.slope * (points[2] - 4.0)
 
 
 @pytest.mark.parametrize(

@@ -13,11 +13,12 @@ from gradedesign.design.resolve.fitting_part import part_of
 from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.component import KEPT, LATTICE
 from gradedesign.geometry.lattice.components.rib import Rib
-from gradedesign.geometry.lattice.domain import DesignDomain, phase_at
+from gradedesign.geometry.lattice.domain import phase_at
 from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
 from gradedesign.mechanics.sizing.solid_moments import solid_fraction, solid_moments
 from gradedesign.program.commands.check_data import kept_solids
 from gradedesign.program.host.registry import build_registry
+from gradedesign.testing import check_component
 
 #: A bar of 16 x 8 x 8 mm.
 CASE = (
@@ -173,8 +174,7 @@ def test_one_that_lies_in_the_part_by_half_is_told(tmp_path):
     assert domain.solids[0].least == pytest.approx(0.7, rel=0.01)
 
 
-def test_it_reaches_beyond_the_part_for_the_cut(tmp_path):
-    domain = ribbed(tmp_path, ACROSS)
-    outside = np.array([[5.0], [4.0], [9.0]])
-    assert isinstance(domain, DesignDomain)
-    assert domain.solids[0].distance(outside, None)[0] == pytest.approx(-0.6)
+@pytest.mark.parametrize("rib", [ACROSS, SLANTED])
+def test_it_keeps_what_the_field_relies_on(tmp_path, rib):
+    domain = ribbed(tmp_path, rib)
+    check_component(domain.solids[0], domain.lower, domain.upper)
