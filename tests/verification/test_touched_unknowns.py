@@ -45,7 +45,7 @@ def test_predicted_unknowns_are_those_of_the_bricks_that_hold_solid(name, rho, b
         spacing,
     )  # fmt: skip
     part = PlannedPart(
-        box=CELLS, latticed=float(np.prod(CELLS)), solid=0.0, inclined=0.0, skin=0.0, load_cases=1
+        box=CELLS, latticed=float(np.prod(CELLS)), solid=0.0, inclined=0.0, inner=0.0, load_cases=1
     )
     planned = planned_solid(part, rho, cell_surface(cell, rho, 1.0))
     predicted = FINITE_CELLS.estimate(planned, float(elements.grid.edges.max())).unknowns
@@ -54,7 +54,7 @@ def test_predicted_unknowns_are_those_of_the_bricks_that_hold_solid(name, rho, b
 
 def test_skins_and_inclined_faces_cut_elements_and_a_full_box_does_not():
     def unknowns(**others):
-        stated = {"latticed": 0.0, "solid": 1000.0, "inclined": 0.0, "skin": 0.0} | others
+        stated = {"latticed": 0.0, "solid": 1000.0, "inclined": 0.0, "inner": 0.0} | others
         part = PlannedPart(box=(10.0, 10.0, 10.0), load_cases=1, **stated)
         nothing = cell_surface(calibrate(build_registry().cell_families["bcc"]), 0.3, 1e9)
         return FINITE_CELLS.estimate(planned_solid(part, 0.3, nothing), 0.5).unknowns
@@ -62,7 +62,7 @@ def test_skins_and_inclined_faces_cut_elements_and_a_full_box_does_not():
     assert unknowns() == 24 * 20**3
     assert unknowns(inclined=100.0) - unknowns() == pytest.approx(18 * 100 / 0.25)
     # Never more than the whole grid of the box has.
-    assert unknowns(skin=1e6) == 3 * 41**3
+    assert unknowns(inner=1e6) == 3 * 41**3
 
 
 def test_ball_touches_the_nodes_that_steiners_formula_counts():

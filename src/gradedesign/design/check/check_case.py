@@ -156,7 +156,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
     remarks += [
         *periodic_warnings(case.lattice, plan.part, plan.layout, periodic),
         *_left_out(plan.support_zones, unjudged),
-        *symmetry_warnings(plan.symmetry, case.lattice, plan.cell, plan.layout),
+        *symmetry_warnings(plan.symmetry, plan.domain.solids, plan.cell, plan.layout),
         *budget_warnings(case.run, run),
     ]
     return CaseCheck(

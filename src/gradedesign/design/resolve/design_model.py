@@ -137,7 +137,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Desi
             *able.warnings,
             *(*plan.warnings, *law_warnings, *narrowed, *zone_warnings, *limit_warnings),
             *layout_warnings(cells.layout, law.name),
-            *symmetry_warnings(plan.symmetry, lattice, cell, cells.layout),
+            *symmetry_warnings(plan.symmetry, plan.domain.solids, cell, cells.layout),
         ),
     )
 

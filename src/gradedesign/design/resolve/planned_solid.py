@@ -28,7 +28,7 @@ class PlannedPart:
     inclined : float, mm^2
         Projected area of the faces that lie across no axis: those across one lie on planes of the
         grid and cut no element.
-    skin : float, mm^2
+    inner : float, mm^2
         Projected area of the inner faces of its skin; 0 without one.
     goals : int
         Values of limits whose own error acceptance estimates.
@@ -38,7 +38,7 @@ class PlannedPart:
     latticed: float
     solid: float
     inclined: float
-    skin: float
+    inner: float
     load_cases: int
     goals: int = 0
 
@@ -61,7 +61,7 @@ def planned_part(
         latticed=latticed,
         solid=solid,
         inclined=float(areas[inclined].sum()),
-        skin=float(areas.sum()) if domain.closed else 0.0,
+        inner=float(areas.sum()) if domain.closed else 0.0,
         load_cases=load_cases,
         goals=goals,
     )
@@ -78,11 +78,11 @@ def planned_solid(part: PlannedPart, rho: float, lattice: CellSurface) -> Planne
         Mean of the lattice.
     """
     volume = part.solid + part.latticed * rho
-    share = 1.0 if part.skin else volume / (part.solid + part.latticed)
+    share = 1.0 if part.inner else volume / (part.solid + part.latticed)
     return PlannedSolid(
         box=part.box,
         volume=float(volume),
-        projections=float(part.latticed * lattice.projections + share * part.inclined + part.skin),
+        projections=float(part.latticed * lattice.projections + share * part.inclined + part.inner),
         curvature=float(part.latticed * lattice.curvature),
         load_cases=part.load_cases,
         goals=part.goals,

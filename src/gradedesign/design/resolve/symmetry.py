@@ -13,7 +13,7 @@ from gradedesign.errors import CaseError
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.shape import evaluate_shape
 from gradedesign.geometry.lattice.cell_layout import CellLayout
-from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
+from gradedesign.geometry.lattice.component import SolidComponent
 from gradedesign.geometry.part.part import Part
 from gradedesign.geometry.part.regions import Region
 from gradedesign.geometry.triangles.surface_mesh import area_vectors
@@ -196,9 +196,12 @@ def symmetry_data(planes: Sequence[SymmetryPlane], solid_mass_g: float) -> dict[
 
 
 def symmetry_warnings(
-    planes: Sequence[SymmetryPlane], lattice: LatticeSpec, cell: Cell, layout: CellLayout
+    planes: Sequence[SymmetryPlane],
+    solids: Sequence[SolidComponent],
+    cell: Cell,
+    layout: CellLayout,
 ) -> tuple[str, ...]:
-    """Warn of cells that do not mirror on planes of symmetry, and of skins that close them."""
+    """Warn of cells that do not mirror on planes of symmetry, and of solids that close them."""
     told = []
     level = float(cell.level_of(float(np.mean(cell.window))))
     for plane in planes:
@@ -206,21 +209,22 @@ def symmetry_warnings(
         points = layout.points[:, near]
         image = points.copy()
         image[plane.axis] = 2 * plane.at - image[plane.axis]
-        solid, mirrored = (
+        inside, mirrored = (
             evaluate_shape(cell.family, cell.parameters, layout.cell_map(p)) <= level
             for p in (points, image)
         )
-        share = float(np.mean(solid != mirrored)) if solid.size else 0.0
+        share = float(np.mean(inside != mirrored)) if inside.size else 0.0
         if share > ASKEW:
             told.append(
                 f"the cells do not mirror on the plane of symmetry {plane.words}: where "
                 f"{cell.name} goes on beyond it {share:.0%} of places differ; what is judged is "
                 f"this body with its mirror image, whose cells meet there, and no other lattice"
             )
-        closed = [spec for spec in lattice.skin if not spec.net]
-        if any(not spec.faces or plane.region in spec.faces for spec in closed):
+        covering = [solid for solid in solids if solid.covers(plane.region)]
+        if covering:
             told.append(
-                f"the skin closes the plane of symmetry {plane.words} too, a wall of twice its "
-                f"thickness inside the whole part; [lattice] skin with faces leaves it open"
+                f"{covering[0].name} closes the plane of symmetry {plane.words} too, a wall of "
+                f"twice its thickness inside the whole part; [lattice] skin with faces leaves it "
+                f"open"
             )
     return tuple(told)

@@ -140,6 +140,10 @@ class SolidComponent(Component, ABC):
         """Whether it closes the lattice in below all of the part's faces."""
         return False
 
+    def covers(self, region: str) -> bool:  # noqa: ARG002
+        """Whether it lies below a region of the part as a closed layer."""
+        return False
+
     @abstractmethod
     def distance(self, points: FloatArray, to_part: FloatArray | None) -> FloatArray:
         """Distance to it in the part, about mm, negative in it.

@@ -44,7 +44,7 @@ def write_stated(
                 out.path_of("lattice.png"),
                 made.lattice.surface,
                 title=f"{case.lattice.cell}, cells of {case.lattice.size_words}",
-                opened=any(not skin.net for skin in case.lattice.skin),
+                opened=stated.design.domain.closed,
             )
         if (out.path / "lattice.png").is_file():
             out.adopt("lattice.png")

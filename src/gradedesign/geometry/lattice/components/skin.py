@@ -86,6 +86,10 @@ class Skin(SolidComponent):
         """Whether the whole surface carries it."""
         return self.faces is None
 
+    def covers(self, region: str) -> bool:
+        """Whether a region carries it."""
+        return not self.regions or region in self.regions
+
     def thickness_at(self, points: FloatArray) -> FloatArray:
         """Thickness at points ``(3, ...)`` mm, ``(...)``, mm."""
         if self.varying is None:
