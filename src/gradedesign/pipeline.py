@@ -73,7 +73,7 @@ from gradedesign.program.store.stages import (
 )
 
 #: Utilisation that sizing aims at when no explicit analysis follows it. Chosen, not measured.
-FULL_UTILISATION = 0.998
+_FULL_UTILISATION = 0.998
 
 
 def run(
@@ -133,11 +133,11 @@ def run(
         with recording_failure(out, case, registry, announce.timing, announce.finished):
             registry = with_own_cell(case.lattice, registry, case.where)
             if case.lattice.stated:
-                return build_stated(case, registry, out, announce, density)
-            return run_stages(case, registry, out, announce)
+                return _build_stated(case, registry, out, announce, density)
+            return _run_stages(case, registry, out, announce)
 
 
-def build_stated(
+def _build_stated(
     case: Case,
     registry: Registry,
     out: RunFolder,
@@ -158,7 +158,7 @@ def build_stated(
     return write_stated((out, registry, announce), stated, made, result)
 
 
-def run_stages(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -> RunResult:
+def _run_stages(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -> RunResult:
     """Run the stages in order and write the result."""
     cost = RunCost(budget=case.run)
     with announce.stage("part"):
@@ -176,12 +176,12 @@ def run_stages(case: Case, registry: Registry, out: RunFolder, announce: Announc
         return write_outputs(out, model, registry, result, announce, Computed())
     model = with_size_effects(oriented(model), announce.listener)
     if case.run.stop_after in ("sizing", "lattice"):
-        return stop_early(model, registry, out, announce)
+        return _stop_early(model, registry, out, announce)
     cost.predict(model, announce)
     return loop(model, registry, out, announce, cost)
 
 
-def stop_early(
+def _stop_early(
     model: DesignModel, registry: Registry, out: RunFolder, announce: Announcer
 ) -> RunResult:
     """Size once, and stop there or after building the lattice."""
@@ -192,7 +192,7 @@ def stop_early(
             Correction(),
             {},
             design_filter(model),
-            SizingPlan(target=FULL_UTILISATION, most_iterations=60),
+            SizingPlan(target=_FULL_UTILISATION, most_iterations=60),
             announce.sizing_step,
         )
     model = with_cells(model, sized.rho)

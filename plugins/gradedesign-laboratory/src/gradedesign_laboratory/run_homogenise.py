@@ -66,21 +66,17 @@ class Asked:
     cell : str
         A name, or a case whose cell is meant, see `named_cell`.
     density : float
-    boundary : str
+        Relative density.
     cells : int or None
         Along the edge of a finite block.
     resolution : int or None
         Voxels along a cell; None: what its wall needs.
     parameters : sequence of str
         ``name=number``.
-    poissons_ratio : float
     output : Path or None
         Folder for data and plots.
-    conductivity : bool
     buckling : str or None
         Eigenvalue solver of critical stresses; None: there are none.
-    strict_plugins : bool
-    as_json : bool
     """
 
     cell: str
@@ -110,7 +106,7 @@ def homogenise(asked: Asked) -> None:
     """
     registry = registry_for(strict_plugins=asked.strict_plugins)
     named = named_cell(registry, asked.cell)
-    family, values = named.family, {**named.parameters, **parsed_parameters(asked.parameters)}
+    family, values = named.family, {**named.parameters, **_parsed_parameters(asked.parameters)}
     solver = None if asked.buckling is None else blamed_eigen_solver(registry, asked.buckling)
     if asked.boundary != PERIODIC:
         data = _of_block(asked, family, values)
@@ -162,8 +158,8 @@ def _of_cell(
         resolution=asked.resolution,
         with_surface=asked.output is not None,
     )
-    data = properties_data(cell, properties, asked.poissons_ratio)
-    data["laws"] = law_values(laws, asked.density)
+    data = _properties_data(cell, properties, asked.poissons_ratio)
+    data["laws"] = _law_values(laws, asked.density)
     if asked.conductivity:
         report_step("conductivity")
         data["conductivity"] = _conductivity_data(cell, properties)
@@ -174,7 +170,7 @@ def _of_cell(
         data["buckling"] = _buckling_data(critical, properties)
     if asked.output is not None:
         report_step("drawing")
-        files = write_files(asked.output, data, properties, laws, asked.poissons_ratio)
+        files = _write_files(asked.output, data, properties, laws, asked.poissons_ratio)
         data["files"] = [str(path) for path in files]
     return data
 
@@ -197,7 +193,7 @@ def blamed_eigen_solver(registry: Registry, name: str) -> EigenSolver:
     return replace(solver, solve=solve)
 
 
-def parsed_parameters(texts: Sequence[str]) -> dict[str, float]:
+def _parsed_parameters(texts: Sequence[str]) -> dict[str, float]:
     """Values of ``name=number`` texts.
 
     Raises
@@ -220,7 +216,7 @@ def parsed_parameters(texts: Sequence[str]) -> dict[str, float]:
     return parameters
 
 
-def properties_data(
+def _properties_data(
     cell: Cell,
     properties: CellProperties,
     poissons_ratio: float,
@@ -258,7 +254,7 @@ def properties_data(
     return data
 
 
-def law_values(laws: Sequence[ScalingLaw], density: float) -> list[dict[str, Any]]:
+def _law_values(laws: Sequence[ScalingLaw], density: float) -> list[dict[str, Any]]:
     """Young's modulus along x by every law whose window holds the density."""
     return [
         {
@@ -272,7 +268,7 @@ def law_values(laws: Sequence[ScalingLaw], density: float) -> list[dict[str, Any
     ]
 
 
-def write_files(
+def _write_files(
     folder: Path,
     data: Mapping[str, Any],
     properties: CellProperties,

@@ -22,7 +22,7 @@ from gradedesign.mechanics.material.constant_density import (
 from gradedesign.mechanics.sizing.homogenised import total_mass
 
 #: Iterations of the sizing: as in the second one of the loop, whose mass changes little after.
-SIZING_ITERATIONS = 20
+_SIZING_ITERATIONS = 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,10 +92,6 @@ def first_answer(model: DesignModel) -> FirstAnswer:
     model : DesignModel
         Its solid part analysed, see `solid.with_solid`.
 
-    Returns
-    -------
-    FirstAnswer
-
     Notes
     -----
     A constant density scales displacements of the solid part by ``1 / E*`` along the softest cell
@@ -109,7 +105,7 @@ def first_answer(model: DesignModel) -> FirstAnswer:
         return answer
     model = with_size_effects(oriented(model))
     report_step("sizing")
-    part, settings = model.homogenised, SizingPlan(most_iterations=SIZING_ITERATIONS)
+    part, settings = model.homogenised, SizingPlan(most_iterations=_SIZING_ITERATIONS)
     sized = size_design(model, Correction(), {}, design_filter(model), settings)
     weights = part.lattice_volumes
     return replace(

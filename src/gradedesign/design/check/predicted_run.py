@@ -24,7 +24,7 @@ from gradedesign.mechanics.explicit.small_solid import small_solid_spacing
 from gradedesign.mechanics.limits.limit import stated_goals
 
 #: Of a run that gets no explicit lattice.
-NO_ANALYSIS = AnalysisEstimate(unknowns=0, memory_bytes=0, mesh_s=0.0, solve_s=0.0)
+_NO_ANALYSIS = AnalysisEstimate(unknowns=0, memory_bytes=0, mesh_s=0.0, solve_s=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,12 +56,10 @@ class PredictedRun:
         Mean of the lattice that the prediction is made for.
     lattice_share : float
         Of the part's volume that is lattice.
-    grid : PredictedGrid
     bounds : (float, float)
         Densities that sizing may choose: those whose walls the memory can analyse.
     raised : tuple of str
         Why the lower one is not that of the density window, and doubts about the linear solver.
-    cost : CostPrediction
     explicit : bool
         Whether the run gets as far as an explicit lattice.
     law_s : float, s
@@ -93,14 +91,9 @@ def predicted_run(plan: Plan, inside: int) -> PredictedRun:
 
     Parameters
     ----------
-    plan : Plan
     inside : int
         How many of the points that fill the part's box lie in it; `Plan.layout` has those
         of the lattice.
-
-    Returns
-    -------
-    PredictedRun
     """
     case = plan.case
     share = plan.layout.points.shape[1] / max(inside, 1)
@@ -112,7 +105,7 @@ def predicted_run(plan: Plan, inside: int) -> PredictedRun:
     )
     low, high = able.bounds
     density = low + (high - low) * EXPECTED_SHARE
-    grid = predicted_grid(plan, density, able)
+    grid = _predicted_grid(plan, density, able)
     explicit = case.run.stop_after == "verdict"
     planned = planned_solid(
         planned_part(
@@ -131,7 +124,7 @@ def predicted_run(plan: Plan, inside: int) -> PredictedRun:
     fine = small_solid_spacing(able.analysis, planned, walls, stated=stated)
     if fine < grid.spacing:
         grid = replace(grid, spacing=fine, set_by=f"{grid.set_by}, and finer: the solid is small")
-    size = able.analysis.estimate(planned, grid.spacing) if explicit else NO_ANALYSIS
+    size = able.analysis.estimate(planned, grid.spacing) if explicit else _NO_ANALYSIS
     work = _work(plan, able, planned, density, (walls, grid.spacing), size)
     doubts = require_solver_takes(
         plan.tools.solver,
@@ -148,7 +141,7 @@ def predicted_run(plan: Plan, inside: int) -> PredictedRun:
         raised=(*able.warnings, *doubts),
         cost=predict_cost(work),
         explicit=explicit,
-        law_s=60.0 * laws_minutes(stated_zones(plan)),
+        law_s=60.0 * _laws_minutes(stated_zones(plan)),
     )
 
 
@@ -162,7 +155,7 @@ def _work(
 ) -> RunWork:
     """Work of a run whose explicit grid has that size; spacings of walls and of the grid, mm."""
     walls, spacing = spacings
-    case, explicit = plan.case, size is not NO_ANALYSIS
+    case, explicit = plan.case, size is not _NO_ANALYSIS
     first = min(first_spacing(able.analysis, spacing, stated.cell) for stated in stated_zones(plan))
     return RunWork(
         part_dofs=predicted_part_dofs(case.part, plan.part),
@@ -184,13 +177,13 @@ def _work(
     )
 
 
-def laws_minutes(zones: Sequence[ResolvedZone]) -> float:
+def _laws_minutes(zones: Sequence[ResolvedZone]) -> float:
     """Minutes, at most, of computing the laws of all cells that have none yet."""
     laws = {id(zone.cell): zone.law for zone in zones}
     return sum(law.minutes[1] for law in laws.values())
 
 
-def predicted_grid(plan: Plan, density: float, able: Analysable) -> PredictedGrid:
+def _predicted_grid(plan: Plan, density: float, able: Analysable) -> PredictedGrid:
     """Explicit grid for a mean density; graded designs reach the least density somewhere."""
     case = plan.case
     size = case.lattice.size[-1] if case.lattice.graded_size else plan.layout.least

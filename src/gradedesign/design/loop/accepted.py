@@ -48,7 +48,7 @@ from gradedesign.mechanics.limits.verdict import (
 
 #: Utilisation of stress from which submodels give the next design a useful factor. Chosen, not
 #: measured.
-NEARLY = 0.85
+_NEARLY = 0.85
 #: Utilisation of stress up to which submodels wait for the last design: twice what the finite cells
 #: find, where submodels found 0.94 to 1.04 times that (docs/decisions/verify.md).
 FAR = 0.5
@@ -64,14 +64,12 @@ class Accepted:
 
     Attributes
     ----------
-    iteration : DesignIteration
     analysed : Analysed
         Explicit analysis that judged it.
     surface : SurfaceMesh
         As read back from the exported file.
     sha256 : str
         Of that file.
-    islands : Islands
     whole : WholeJudgement
         Of the whole printed surface, from two resolutions or more.
     acceptance : Acceptance
@@ -82,7 +80,6 @@ class Accepted:
         Unfavourable ends of the accepted bands over explicit values.
     fitted : frozenset of LimitKey
         Limits whose value is that of the body-fitted meshes.
-    holds : bool
     unjudged : str
         Limits that were analysed at one resolution only, or too little of which could be meshed
         anew, and why; empty without any.
@@ -277,7 +274,7 @@ def _broken_anyhow(rows: Sequence[LimitRow]) -> str:
     Also empty where a limit that they judge is nearly used up, so that the next design can learn
     from them.
     """
-    if any(row.utilisation > NEARLY for row in rows if not row.converges):
+    if any(row.utilisation > _NEARLY for row in rows if not row.converges):
         return ""
     broken = [row.name for row in rows if row.converges and not all_hold((row,))]
     return broken[0] if broken else ""

@@ -31,10 +31,6 @@ class Analysed:
 
     Attributes
     ----------
-    design : LatticeDesign
-    solid : PrintedSolid
-    result : ExplicitResult
-    layout : CellLayout
     remeshed_size : float, mm
         Surface size with which a mesher resolves the walls: that of the elements, but where these
         are finer than walls ask for, since the solid is small.

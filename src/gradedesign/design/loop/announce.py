@@ -25,7 +25,6 @@ class Announcer:
 
     Attributes
     ----------
-    listener : callable
     seconds : dict of stage to float, s
     finished : list of DesignIteration
         Those that were reported, for the result of a run that fails after them.
@@ -135,7 +134,7 @@ class Announcer:
                 self.took(name, seconds)
         discrepancies = "".join(
             f", {kind} discrepancy {value:+.1%}"
-            for kind, value in governing_discrepancies(iteration).items()
+            for kind, value in _governing_discrepancies(iteration).items()
         )
         stiff = (iteration.expected.get(row.key, 1.0) for row in iteration.rows if row.converges)
         error = max(stiff, default=1.0) - 1.0
@@ -184,7 +183,7 @@ def _joints(volume: float) -> str:
     return f"; joints add {volume:.4g} mm^3 to the lattice" if volume else ""
 
 
-def governing_discrepancies(iteration: DesignIteration) -> dict[str, float]:
+def _governing_discrepancies(iteration: DesignIteration) -> dict[str, float]:
     """Discrepancy of the most used limit of every kind that an explicit analysis measures."""
     utilisation = {row.key: row.utilisation for row in iteration.rows}
     discrepancies: dict[str, tuple[float, float]] = {}

@@ -19,7 +19,7 @@ from gradedesign.mechanics.limits.row import LimitRow
 
 #: Coarser over the finer spacing: that of acceptance, and a smaller one where walls fall apart at
 #: it, which makes bands wider. Chosen, not measured.
-RATIOS = (RATIO, 1.2)
+_RATIOS = (RATIO, 1.2)
 
 
 def best_rows(
@@ -49,13 +49,13 @@ def best_rows(
     stage = WholeStage(
         analyse=analyse,
         spacing=size,
-        ratio=RATIOS[0],
+        ratio=_RATIOS[0],
         orders=ORDERS if analysis.name == FINITE_CELLS.name else None,
         judged_by="explicit analysis",
         need=lambda spacing: (spacing > size, "no acceptance asks for finer ones"),
     )
     rows: tuple[LimitRow, ...] = ()
-    for ratio in RATIOS:
+    for ratio in _RATIOS:
         rows = judge_whole(limits, replace(stage, ratio=ratio)).rows
         if not without_band(rows):
             break

@@ -21,11 +21,11 @@ from gradedesign.mechanics.limits.verdict import Factors
 
 #: An iteration after the second is only begun if this many times the last one's duration is left.
 #: Chosen, not measured.
-TIME_RESERVE = 1.3
+_TIME_RESERVE = 1.3
 #: Densities that differ by less are the same design. Chosen, not measured.
 SAME_DENSITY = 1e-4
 #: Missing time is stated in steps of this many seconds. Chosen, not measured.
-TIME_STEP = 10
+_TIME_STEP = 10
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,7 +53,7 @@ class Ended:
 #: A refused design lighter by no more than this share shows that the accepted one is the lightest.
 #: Displacements jump where walls meet a face or miss it: `size-graded` once used 100.3 % at 9.442 g
 #: and 94.9 % at 9.471 g.
-ENCLOSED = 0.01
+_ENCLOSED = 0.01
 #: A design was accepted that uses a limit.
 TIGHT_END = Ended(by="tight", words="a limit is used to 97 % or no density can fall further")
 
@@ -69,12 +69,10 @@ def why_ended(
 
     Parameters
     ----------
-    model : DesignModel
     iterations : sequence of DesignIteration
         Finished so far.
     factors : mapping of (name, load case) to float
         Factors of acceptance.
-    deadline : Deadline
     acceptance_s : float, s
         That an acceptance after the iteration is expected to take.
     """
@@ -98,7 +96,7 @@ def why_ended(
             f"takes about {_rounded(last)} s",
         )
     # The first iteration of all also compiles, so it is reserve enough for the second.
-    needed = last * (TIME_RESERVE if len(iterations) > 1 else 1.0) + acceptance_s
+    needed = last * (_TIME_RESERVE if len(iterations) > 1 else 1.0) + acceptance_s
     remaining = deadline.remaining()
     if remaining < needed:
         return Ended(
@@ -121,7 +119,6 @@ def require_time(iteration: int, deadline: Deadline, least_s: float) -> None:
     ----------
     iteration : int
         Number of the one whose design is to be judged.
-    deadline : Deadline
     least_s : float, s
         That the acceptance takes.
 
@@ -158,7 +155,7 @@ def enclosed_end(mass: float, refused: Sequence[float]) -> Ended | None:
     'a design of 0.50% less mass was refused'
     """
     lighter = max((each for each in refused if each < mass), default=0.0)
-    if lighter < (1.0 - ENCLOSED) * mass:
+    if lighter < (1.0 - _ENCLOSED) * mass:
         return None
     return Ended(by="enclosed", words=f"a design of {1 - lighter / mass:.2%} less mass was refused")
 
@@ -217,4 +214,4 @@ def counted(number: int, noun: str) -> str:
 
 def _rounded(seconds: float) -> int:
     """Next full step, s."""
-    return TIME_STEP * max(1, math.ceil(seconds / TIME_STEP))
+    return _TIME_STEP * max(1, math.ceil(seconds / _TIME_STEP))

@@ -20,7 +20,7 @@ from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 #: Grid of the exported surface over the surface size of the explicit analysis. Chosen, not
 #: measured.
-SURFACE_PER_SPACING = 0.5
+_SURFACE_PER_SPACING = 0.5
 
 #: Writes a surface as STL, with triangles of the part as a file holds them; returns it as read
 #: back, and the SHA-256 of the file.
@@ -36,7 +36,6 @@ def export_surface(
     -------
     surface : SurfaceMesh
         As read back.
-    islands : Islands
     sha256 : str
         Of the file.
 
@@ -49,7 +48,7 @@ def export_surface(
         If the file that is read back is not the one that was written.
     """
     size = analysed.result.solved.division.surface_size
-    step = SURFACE_PER_SPACING * size
+    step = _SURFACE_PER_SPACING * size
     case, part = plan.case, plan.part.surface
     surface, islands, _ = printed_surface(
         analysed.design,

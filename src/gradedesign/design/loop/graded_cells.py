@@ -22,7 +22,6 @@ def with_cells(model: DesignModel, rho: FloatArray) -> DesignModel:
 
     Parameters
     ----------
-    model : DesignModel
     rho : (M,) array
         Density of every tetrahedron.
 

@@ -39,7 +39,7 @@ from gradedesign.mechanics.sizing.size import SizingResult, SizingStep
 
 #: Iterations after which a miss is taken for scatter, and the most room that is left for it.
 #: Chosen, not measured.
-SCATTERED_ITERATIONS, MOST_ROOM = 3, 0.08
+_SCATTERED_ITERATIONS, MOST_ROOM = 3, 0.08
 #: A density counts as at its lower bound within this relative distance. Chosen, not measured.
 AT_BOUND = 1e-3
 
@@ -60,8 +60,6 @@ class DesignIteration:
         Design variables, to start the next sizing from.
     rho : (M,) array
         Density of every tetrahedron.
-    at_lower_bound : bool
-    discrepancy : Discrepancy
     expected : mapping of LimitKey to float
         Factors of `expected_factors`, which count until an acceptance teaches them.
     """
@@ -96,7 +94,7 @@ def run_iteration(
     """
     began = time.perf_counter()
     correction = previous[-1].correction if previous else Correction()
-    sized, told = next_design(model, previous, factors, density_filter, on_step, on_event)
+    sized, told = _next_design(model, previous, factors, density_filter, on_step, on_event)
     timing = {"sizing": time.perf_counter() - began}
     model = with_cells(model, sized.rho)
     part, limits = model.homogenised, model.limits
@@ -130,14 +128,14 @@ def run_iteration(
         correction=lesson.correction,
         variables=sized.variables,
         rho=sized.rho,
-        at_lower_bound=touches_lower_bound(sized.rho, weights, element_bounds(model.cells)[0]),
+        at_lower_bound=_touches_lower_bound(sized.rho, weights, element_bounds(model.cells)[0]),
         discrepancy=lesson.discrepancy,
         expected=expected_factors(lesson.rows, analysed.result.traction_residual),
     )
     return iteration, analysed
 
 
-def next_design(
+def _next_design(
     model: DesignModel,
     previous: tuple[DesignIteration, ...],
     factors: Factors,
@@ -149,19 +147,19 @@ def next_design(
     masses = [each.summary.mass_g for each in previous]
     between = design_between(masses, [each.rows for each in previous], factors)
     if between is not None:
-        return mixed_design(previous, between, on_event), between.values
+        return _mixed_design(previous, between, on_event), between.values
     sized = size_design(
         with_cells(model, previous[-1].rho) if previous else model,
         previous[-1].correction if previous else Correction(),
         factors,
         density_filter,
-        sizing_plan(previous),
+        _sizing_plan(previous),
         on_step,
     )
     return sized, {}
 
 
-def mixed_design(
+def _mixed_design(
     previous: Sequence[DesignIteration], between: Between, on_event: Listener
 ) -> SizingResult:
     """The design between two earlier ones that enclose the limits, see `design_between`."""
@@ -180,7 +178,7 @@ def mixed_design(
     )
 
 
-def sizing_plan(previous: Sequence[DesignIteration]) -> SizingPlan:
+def _sizing_plan(previous: Sequence[DesignIteration]) -> SizingPlan:
     """Settings of the next sizing, from the iterations before it."""
     number = len(previous)
     return SizingPlan(
@@ -237,7 +235,7 @@ def compared(
     )
 
 
-def touches_lower_bound(rho: FloatArray, weights: FloatArray, low: FloatArray) -> bool:
+def _touches_lower_bound(rho: FloatArray, weights: FloatArray, low: FloatArray) -> bool:
     """Whether every density where there is lattice, by volumes ``(M,)``, is at its lower bound."""
     return bool((rho <= low * (1 + AT_BOUND))[weights > 0].all())
 
@@ -249,7 +247,7 @@ def aim_of(previous: Sequence[DesignIteration]) -> float:
     prediction: designs of one mass then scatter by as much, and iterations that aim at the limit
     miss it again.
     """
-    if len(previous) < SCATTERED_ITERATIONS or previous[-1].summary.passed:
+    if len(previous) < _SCATTERED_ITERATIONS or previous[-1].summary.passed:
         return TARGET
     discrepancy = previous[-1].discrepancy
     others = max((abs(value) for _, value in discrepancy.values), default=0.0)

@@ -56,7 +56,7 @@ TUNING_SIZING_ITERATIONS = 8
 #: The density grid resolves a cell by this many nodes. Chosen, not measured.
 NODES_PER_CELL = 4
 #: Tables of a case on which a sizing depends.
-SIZED_BY = {"material", "keep", "load_case", "limits", "lattice", "zone", "print", "region"}
+_SIZED_BY = {"material", "keep", "load_case", "limits", "lattice", "zone", "print", "region"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,7 +118,6 @@ class SizingPlan:
 
     Attributes
     ----------
-    most_iterations : int
     start : (n,) array, optional
         Design variables to begin with.
     target : float
@@ -163,7 +162,7 @@ def size_design(
         )  # fmt: skip
     cell = model.cells.cell
     stated = (
-        case.model_dump_json(include=SIZED_BY),
+        case.model_dump_json(include=_SIZED_BY),
         case.part.element_size,
         cell.name,
         repr(sorted(cell.parameters.items())),

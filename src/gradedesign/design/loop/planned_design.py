@@ -19,7 +19,6 @@ def planned_design(model: DesignModel, rho: float | FloatArray) -> PlannedSolid:
 
     Parameters
     ----------
-    model : DesignModel
     rho : float or (M,) array
         Relative density of the lattice, for every element of the part.
     """

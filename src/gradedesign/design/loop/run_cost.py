@@ -30,9 +30,6 @@ class RunCost:
 
     Attributes
     ----------
-    budget : RunSpec
-    clock : Deadline
-    work : RunWork or None
     before, after : CostPrediction or None
         The first prediction, and the one that the first iteration taught.
     judged_s : float or None, s
@@ -78,7 +75,7 @@ class RunCost:
         """Repeat the prediction with the times of the first iteration, once it has finished."""
         if len(iterations) != 1 or self.work is None:
             return
-        self.after = learned_cost(self.work, iterations[0])
+        self.after = _learned_cost(self.work, iterations[0])
         announce.cost(self.after, self.budget)
 
     def acceptance(self, last: DesignIteration) -> tuple[float, float]:
@@ -90,8 +87,8 @@ class RunCost:
         """
         if self.work is None:
             return 0.0, 0.0
-        idle = predict_cost(real_work(self.work, last)).judging_s
-        expected = learned_cost(self.work, last).judging_s
+        idle = predict_cost(_real_work(self.work, last)).judging_s
+        expected = _learned_cost(self.work, last).judging_s
         if self.judged_s is not None:
             expected = self.judged_s
         return min(idle, expected), expected
@@ -138,14 +135,14 @@ class RunCost:
         return {name: asdict(cost) for name, cost in predictions.items() if cost is not None}
 
 
-def learned_cost(work: RunWork, iteration: DesignIteration) -> CostPrediction:
+def _learned_cost(work: RunWork, iteration: DesignIteration) -> CostPrediction:
     """Predict a run from the seconds and the unknowns of one of its iterations."""
-    real, summary = real_work(work, iteration), iteration.summary
+    real, summary = _real_work(work, iteration), iteration.summary
     speed = learned_speed(real, summary.sizing_iterations, summary.timing_s)
     return predict_cost(real, speed, learned=True)
 
 
-def real_work(work: RunWork, iteration: DesignIteration) -> RunWork:
+def _real_work(work: RunWork, iteration: DesignIteration) -> RunWork:
     """The work with the unknowns that an iteration really had."""
     summary = iteration.summary
     grown = summary.dofs / work.explicit_dofs

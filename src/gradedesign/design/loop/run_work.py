@@ -26,7 +26,7 @@ from gradedesign.mechanics.material.scaling_law import has_strength
 
 #: Without a solid analysis, sizing is taken to end at this share of the window of densities.
 #: Chosen, not measured.
-USUAL_SHARE = 1.0 / 3.0
+_USUAL_SHARE = 1.0 / 3.0
 #: Densities between which the law is read. Chosen, not measured.
 SAMPLES = 65
 
@@ -39,16 +39,12 @@ def run_work(model: DesignModel) -> RunWork:
     model : DesignModel
         Its limits on the fully solid part tell how much stiffness and strength a lattice may give
         up. Without them sizing is taken to end at a third of the window.
-
-    Returns
-    -------
-    RunWork
     """
     plan, cells = model.plan, model.cells
     case, analysis = plan.case, plan.tools.analysis
     density = guessed_density(cells, model.limits, model.solid)
     planned = planned_design(model, density)
-    walls, spacing = predicted_spacings(plan, cells, density, planned)
+    walls, spacing = _predicted_spacings(plan, cells, density, planned)
     explicit = analysis.estimate(planned, spacing)
     first = min(first_spacing(analysis, spacing, cell) for cell, _, _ in cells_in_zones(cells))
     return RunWork(
@@ -80,7 +76,7 @@ def remeshed_tets(
     return int(min(1.0, share) * tets)
 
 
-def predicted_spacings(
+def _predicted_spacings(
     plan: Plan, cells: CellChoice, density: float, planned: PlannedSolid
 ) -> tuple[float, float]:
     """Element size that walls ask for and that of the explicit analysis, mm.
@@ -106,7 +102,7 @@ def guessed_density(cells: CellChoice, limits: Sequence[Limit], solid: Sequence[
     """Mean density at which the lattice, by the law, uses up the margin of the solid part."""
     low, high = cells.bounds
     if not solid:
-        return low + (high - low) * USUAL_SHARE
+        return low + (high - low) * _USUAL_SHARE
     rho = np.linspace(low, high, SAMPLES)
     stiffness = np.moveaxis(cells.law.stiffness(rho), -1, 0)
     modulus = 1.0 / np.linalg.inv(stiffness)[:, 0, 0]

@@ -31,7 +31,7 @@ from gradedesign.mechanics.sizing.state import SolvedState, solved_state
 SAFETY = 2.0
 #: Below this gain, the densities that matter for a value are reported to stand at their bound.
 #: Chosen, not measured.
-NO_GAIN = 0.02
+_NO_GAIN = 0.02
 #: A density counts as at its upper bound within this relative distance. Chosen, not measured.
 AT_BOUND = 1e-2
 
@@ -48,7 +48,6 @@ def saturated(
 
     Parameters
     ----------
-    model : DesignModel
     iterations : sequence of DesignIteration
         In order, with their explicit values; limits that the last one breaks are looked at.
     factors : mapping of LimitKey to float
@@ -116,7 +115,7 @@ def _gain(
     """Share of a value that densities at their bounds could take away; None: unknown."""
     limit, rho = solved.limits[key], solved.state.rho
     if limit.by_gradient:
-        return density_gain(relative_slope(solved, limit), rho, bounds)
+        return density_gain(_relative_slope(solved, limit), rho, bounds)
     (tight,) = tightened_limits([limit], factors)
     lattice = solved.state.model.solid_fraction < 1
     needy = lattice & (tight.least_density(solved.state) > rho * (1 + AT_BOUND))
@@ -124,7 +123,7 @@ def _gain(
     return 0.0 if needy.any() and full[needy].all() else None
 
 
-def relative_slope(solved: _Solved, limit: Limit) -> FloatArray:
+def _relative_slope(solved: _Solved, limit: Limit) -> FloatArray:
     """Derivative of a value by every density, over the value, ``(M,)``."""
     response = limit.responses(solved.state)[0][0]
     adjoints = solve_adjoints(solved.state.model, solved.system, [response])
@@ -166,7 +165,7 @@ def sentence(model: DesignModel, row: LimitRow, gain: float) -> str:
         helps.insert(0, plate_key(row.key.region, size))
     why = (
         f"every density that matters for it stands at the upper bound of {upper:.3g}"
-        if gain < NO_GAIN
+        if gain < _NO_GAIN
         else f"raising every density to the upper bound of {upper:.3g} would take about {gain:.0%} "
         f"of it away"
     )

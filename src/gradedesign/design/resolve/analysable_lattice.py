@@ -29,7 +29,6 @@ def analysable_lattice(
 
     Parameters
     ----------
-    plan : Plan
     bounds : sequence of (float, float)
         Density windows of user, cell, law and printer of every zone, one without zones.
     latticed, solid : float, mm^3

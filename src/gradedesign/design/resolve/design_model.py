@@ -59,7 +59,6 @@ class DesignModel:
         Those relative to the solid part are resolved by `solid.with_solid`.
     facets : dict of region to (k, 3) int array
         Of the tetrahedra, for every region that a load or a limit names.
-    warnings : tuple of str
     solid : tuple of LimitRow
         Every limit with its value on the fully solid part, once that is analysed.
     solutions : tuple of Solution
@@ -104,7 +103,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Desi
     space, volumes = tet_space(mesh, 2), signed_volumes(mesh)
     plan = with_stressed_skins(plan, registry.components, space, on_event)
     report_step("supports, loads and solid volume fractions of the part")
-    moments = moments_with_joints(plan, bounds, mesh)
+    moments = _moments_with_joints(plan, bounds, mesh)
     shares = solid_fraction(moments)
     able = analysable_lattice(
         plan,
@@ -113,7 +112,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Desi
         solid=float(volumes @ shares),
     )
     plan = replace(plan, tools=replace(plan.tools, analysis=able.analysis))
-    cells, field, zone_warnings = cells_and_laws(plan, law, laws, able, mesh, on_event)
+    cells, field, zone_warnings = _cells_and_laws(plan, law, laws, able, mesh, on_event)
     names = used_regions(case.load_case, plan.limits)
     facets = part_facets(plan.part, mesh, names, case.part.element_size)
     homogenised = homogenised_model(
@@ -126,7 +125,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Desi
         solver=plan.tools.solver,
         solid_moments=moments,
     )
-    limits, limit_warnings = placed_limits(plan, homogenised, facets, registry.limits)
+    limits, limit_warnings = _placed_limits(plan, homogenised, facets, registry.limits)
     return DesignModel(
         plan=plan,
         homogenised=homogenised,
@@ -142,7 +141,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Desi
     )
 
 
-def cells_and_laws(
+def _cells_and_laws(
     plan: Plan,
     law: ScalingLaw,
     laws: ZoneLaws | None,
@@ -174,7 +173,7 @@ def cells_and_laws(
     )
 
 
-def moments_with_joints(plan: Plan, bounds: tuple[float, float], mesh: TetMesh) -> FloatArray:
+def _moments_with_joints(plan: Plan, bounds: tuple[float, float], mesh: TetMesh) -> FloatArray:
     """Moments ``(10, M)`` of the volume that sizing counts as solid, joints included.
 
     That of skins and passive regions, s, and of the joints, j, as they are on the lattice of the
@@ -195,7 +194,7 @@ def moments_with_joints(plan: Plan, bounds: tuple[float, float], mesh: TetMesh) 
     return np.asarray(solid + share * (UNIFORM[:, None] - solid))
 
 
-def placed_limits(
+def _placed_limits(
     plan: Plan,
     homogenised: HomogenisedModel,
     facets: Mapping[str, IntArray],

@@ -32,7 +32,7 @@ from gradedesign.mechanics.sizing.wall_cells import (
 
 #: Walls are modelled, or a warning is given, where half of the lattice has fewer cells than this
 #: across. Thicker parts are predicted better as a periodic lattice.
-FEW_CELLS = 3.0
+_FEW_CELLS = 3.0
 
 
 def why_periodic(
@@ -48,15 +48,10 @@ def why_periodic(
 
     Parameters
     ----------
-    case : Case
     law_kind : str
         Of the `ScalingLaw`.
-    cell : Cell
     low : float
         Least relative density that sizing may choose.
-    part : Part
-    domain : DesignDomain
-    layout : CellLayout
     """
     lattice = case.lattice
     heated = [load.name for load in case.load_case if load.temperature_change]
@@ -79,7 +74,7 @@ def why_periodic(
             f"{RESOLUTIONS[-1]} voxels along a cell"
         )
     across = median_thickness(case.lattice.rotation, part, layout) / layout.least
-    if across >= FEW_CELLS:
+    if across >= _FEW_CELLS:
         return f"half of the lattice has {across:.2g} cells across or more"
     return ""
 
@@ -95,11 +90,11 @@ def periodic_warnings(
 ) -> tuple[str, ...]:
     """Warning on walls of few cells that sizing takes for a periodic lattice.
 
-    Nothing where the case switches it off, where half of the lattice has `FEW_CELLS` cells across,
+    Nothing where the case switches it off, where half of the lattice has `_FEW_CELLS` cells across,
     or less than one, which `thin_wall_warnings` tells.
     """
     median = median_thickness(lattice.rotation, part, layout)
-    if median < layout.least or median >= FEW_CELLS * layout.least:
+    if median < layout.least or median >= _FEW_CELLS * layout.least:
         return ()
     if not reason or not lattice.size_effects:
         return ()

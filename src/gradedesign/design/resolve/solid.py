@@ -84,7 +84,7 @@ class SolidAnalysis:
         return float(np.linalg.norm(self.displacement[load_case], axis=0).max())
 
 
-def solid_analysis(model: DesignModel, solutions: tuple[Solution, ...]) -> SolidAnalysis:
+def _solid_analysis(model: DesignModel, solutions: tuple[Solution, ...]) -> SolidAnalysis:
     """Measures of the fully solid part."""
     plan, part = model.plan, model.homogenised
     space, case, volume = part.space, plan.case, float(part.volumes.sum())
@@ -111,7 +111,7 @@ def solid_analysis(model: DesignModel, solutions: tuple[Solution, ...]) -> Solid
         measures=measures,
         work=work_of(forces, solutions),
         judged_share=1.0 - unjudged_share(part, plan.support_zones),
-        yields=solid_yielding(part, stresses, plan.support_zones),
+        yields=_solid_yielding(part, stresses, plan.support_zones),
     )
 
 
@@ -121,7 +121,7 @@ def unjudged_share(part: HomogenisedModel, zones: Sequence[SupportZone]) -> floa
     return 1.0 - float(part.volumes @ evaluated / part.volumes.sum())
 
 
-def solid_yielding(
+def _solid_yielding(
     part: HomogenisedModel, stresses: Mapping[str, FloatArray], zones: Sequence[SupportZone]
 ) -> Yielding | None:
     """Stress of the solid part above the yield strength that no support disturbs.
@@ -149,7 +149,7 @@ def with_solid(model: DesignModel, solutions: tuple[Solution, ...]) -> DesignMod
     CaseError
         If a limit is relative to a value that is nothing in the solid part.
     """
-    analysis = solid_analysis(model, solutions)
+    analysis = _solid_analysis(model, solutions)
     where = model.plan.case.where
     limits = tuple(_resolved(where, limit, analysis) for limit in model.limits)
     return replace(

@@ -23,13 +23,13 @@ from gradedesign.mechanics.material.material import Material
 #: Half the band over the mean difference between the stress of the elements and the recovered one.
 #: Pairs of resolutions with a ratio of 1.5, on six bodies with known stress and from 2 to 12
 #: elements across, missed 0.68 of it at most; times 1.25, as `banded.SAFETY`.
-OF_DEVIATION = 0.85
+_OF_DEVIATION = 0.85
 #: Half the band over the value at least: the displacements behind it are right to half a per cent.
 #: Chosen, not measured.
 LEAST = 0.005
 #: Change of stress over that of the volume that the mesh lacks or adds: in bending it goes with the
 #: square of a thickness, to which a volume is proportional.
-OF_VOLUME = 2.0
+_OF_VOLUME = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -42,8 +42,6 @@ class SolidStress:
         Volume percentile that is judged.
     maximum : float
         Largest value where stress is judged.
-    band : Banded
-    phase : str
     """
 
     value: float
@@ -74,29 +72,28 @@ def solid_stress(
 ) -> SolidStress | None:
     """Stress measure of the fully solid part in one load case; None where nothing is judged.
 
-    ``shares`` are those of `solid_shares`; ``missing`` and ``size`` as for `stress_band`.
+    ``shares`` are those of `solid_shares`; ``missing`` and ``size`` as for `_stress_band`.
     """
     found = stress_percentile(field, shares, percentile)
     if found is None:
         return None
     return SolidStress(
-        value=found.value, maximum=found.largest, band=stress_band(found, missing, size)
+        value=found.value, maximum=found.largest, band=_stress_band(found, missing, size)
     )
 
 
-def stress_band(found: StressPercentile, missing: float, size: float) -> Banded:
+def _stress_band(found: StressPercentile, missing: float, size: float) -> Banded:
     """Where a stress is expected for ever smaller elements of the part itself.
 
     Parameters
     ----------
-    found : StressPercentile
     missing : float
         Share of the part's volume by which that of the mesh differs.
     size : float, mm
         Of the elements.
     """
-    half = max(LEAST * found.value, OF_DEVIATION * found.deviation)
-    half += OF_VOLUME * abs(missing) * found.value
+    half = max(LEAST * found.value, _OF_DEVIATION * found.deviation)
+    half += _OF_VOLUME * abs(missing) * found.value
     return Banded(
         value=found.value,
         low=max(found.value - half, 0.0),

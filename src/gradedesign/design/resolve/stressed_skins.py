@@ -33,7 +33,7 @@ from gradedesign.mechanics.fe.space import TetSpace
 from gradedesign.mechanics.fe.stress import element_von_mises, weighted_percentile
 
 #: Stress over Young's modulus below which it is the rounding of a part that nothing strains.
-NO_STRAIN = 1e-10
+_NO_STRAIN = 1e-10
 
 
 def with_stressed_skins(
@@ -46,7 +46,6 @@ def with_stressed_skins(
 
     Parameters
     ----------
-    plan : Plan
     kinds : mapping of name to ComponentKind
     space : TetSpace
         Of the part.
@@ -103,7 +102,7 @@ def stress_share(plan: Plan, space: TetSpace) -> tuple[Field, float]:
     if not judged.any():
         judged = np.ones_like(judged)
     reference = weighted_percentile(stress[judged], volumes[judged], case.limits.percentile)
-    if not reference > NO_STRAIN * plan.material.youngs_modulus:
+    if not reference > _NO_STRAIN * plan.material.youngs_modulus:
         raise CaseError(
             f"{case.where('lattice.skin')}: the solid part carries no stress that a skin could "
             f"follow; expected a load that strains it, or a thickness without follows"

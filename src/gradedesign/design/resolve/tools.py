@@ -30,7 +30,6 @@ class Tools:
     ----------
     mesher, surface_mesher : Mesher
         Of the part, and of the acceptance.
-    solver : LinearSolver
     analysis : ExplicitAnalysis
         That the case names; of a design model, with the resolution that its memory allows.
     files : tuple of LatticeFile

@@ -27,7 +27,6 @@ def wall_grading(model: DesignModel, grid: DensityGrid, spacing: float) -> Field
 
     Parameters
     ----------
-    model : DesignModel
     grid : DensityGrid
         Of the design.
     spacing : float, mm

@@ -20,7 +20,7 @@ from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 
 #: Libraries whose versions the report names.
-LIBRARIES = ("numpy", "scipy", "scikit-fem", "pyamg", "numba", "pytetwild", "vtk", "meshio")
+_LIBRARIES = ("numpy", "scipy", "scikit-fem", "pyamg", "numba", "pytetwild", "vtk", "meshio")
 
 
 def latticed_mass(part: HomogenisedModel) -> float:
@@ -68,7 +68,7 @@ def common_entries(model: DesignModel, registry: Registry) -> dict[str, Any]:
             "local_stress": stress_basis(law),
             "buckling": buckling_basis(law),
             **{name: value for limit in model.limits for name, value in limit.basis().items()},
-            "size_effects": size_effects_data(model),
+            "size_effects": _size_effects_data(model),
             "window": list(law.window),
             "coefficients": {name: value for name, value in law.coefficients},
             "method": case.lattice.method,
@@ -81,7 +81,7 @@ def common_entries(model: DesignModel, registry: Registry) -> dict[str, Any]:
     }
 
 
-def size_effects_data(model: DesignModel) -> dict[str, Any]:
+def _size_effects_data(model: DesignModel) -> dict[str, Any]:
     """Plain data on size effects: the share of the lattice that has them, or why none has."""
     part, walls = model.homogenised, model.homogenised.walls
     if walls is None:
@@ -111,7 +111,7 @@ def size_effects_data(model: DesignModel) -> dict[str, Any]:
 def library_versions() -> dict[str, str]:
     """Versions of Python, gradedesign and what it computes with."""
     versions = {"python": platform.python_version(), "gradedesign": metadata.version("gradedesign")}
-    for name in LIBRARIES:
+    for name in _LIBRARIES:
         try:
             versions[name] = metadata.version(name)
         except metadata.PackageNotFoundError:

@@ -27,7 +27,6 @@ class Computed:
         Design that no analysis has judged.
     shown : Shown or None
         The analysed design that pictures and files show.
-    iterations : sequence of DesignIteration
     """
 
     rho: FloatArray | None = None

@@ -25,7 +25,6 @@ class Shown:
     ----------
     rho : (M,) array
         Density of every tetrahedron of the part.
-    analysed : Analysed
     surface : SurfaceMesh
         As exported.
     fields : SurfaceFields

@@ -17,10 +17,10 @@ def stress_warnings(
     """That the printed solid yields, and which of its phases a limit of stress hardly judges."""
     limited = limits_stress(limits)
     yields = yielding_words(result.yields, "the printed solid", limited=limited)
-    return yields, unjudged_phases(result) if limited else []
+    return yields, _unjudged_phases(result) if limited else []
 
 
-def unjudged_phases(result: ExplicitResult) -> list[str]:
+def _unjudged_phases(result: ExplicitResult) -> list[str]:
     """Warn of solid phases that lie mostly in the zones around supports; lattice may not."""
     zone, told = result.exclusion, []
     for phase, share in zone.share.items():

@@ -38,7 +38,7 @@ from gradedesign.mechanics.sizing.size import SizingResult
 
 #: A band whose half is wider than this share of its value is warned of where its limit is used.
 #: Chosen, not measured.
-UNRESOLVED = 0.10
+_UNRESOLVED = 0.10
 
 
 def infeasible_result(model: DesignModel, registry: Registry) -> RunResult:
@@ -213,7 +213,7 @@ def _acceptance_warnings(accepted: Accepted) -> list[str]:
     warnings = []
     for row in accepted.rows:
         coarse = layer if row.converges else ""
-        if row.band is None or row.band.half_width <= (NARROW if coarse else UNRESOLVED):
+        if row.band is None or row.band.half_width <= (NARROW if coarse else _UNRESOLVED):
             continue
         if row.utilisation >= TIGHT:
             warnings.append(

@@ -41,8 +41,6 @@ def zone_measures(
 
     Parameters
     ----------
-    model : HomogenisedModel
-    zoning : Zoning or None
     rho : (M,) array
     """
     if zoning is None:

@@ -74,9 +74,9 @@ def check(
         warnings += () if answer is None else answer.yields
         drawn = None
         if picture:
-            drawn = picture_path(checked) if output is None else output
+            drawn = _picture_path(checked) if output is None else output
             drawn = drawn / PICTURE if drawn.is_dir() else drawn
-            warnings += draw_loads(checked, drawn)
+            warnings += _draw_loads(checked, drawn)
     if as_json:
         data = check_data(checked, drawn, warnings)
         print_json(data if answer is None else {**data, "first_answer": answer_data(answer)})
@@ -102,13 +102,13 @@ def estimated(case: Case, registry: Registry) -> FirstAnswer:
     return first_answer(with_solid(model, solve_solid(model.homogenised)))
 
 
-def picture_path(checked: CaseCheck) -> Path:
+def _picture_path(checked: CaseCheck) -> Path:
     """Path of the picture, beside the run folder, which stays as it is."""
     folder = default_folder(checked.plan.case.name)
     return folder.with_name(f"{folder.name}-check") / PICTURE
 
 
-def draw_loads(checked: CaseCheck, path: Path) -> tuple[str, ...]:
+def _draw_loads(checked: CaseCheck, path: Path) -> tuple[str, ...]:
     """Draw supports, loads and solid regions as a run does; returns warnings.
 
     Raises

@@ -45,7 +45,6 @@ def analysed_models(
 
     Parameters
     ----------
-    model : DesignModel
     rho : (M,) array, optional
         Design.
     correction : Correction
@@ -103,7 +102,7 @@ def _homogenised(
     """
     model = with_cells(model, rho)
     part = corrected_model(model.homogenised, correction)
-    stiffness = element_means(part, rho)
+    stiffness = _element_means(part, rho)
     density = mass_density(part, rho)
     expansion = part.material.thermal_expansion
     vectors = [load_vector(part.space, case, stiffness, density, expansion) for case in part.cases]
@@ -146,7 +145,7 @@ def _node_sets(space: TetSpace, facets: Mapping[str, IntArray]) -> dict[str, Int
     return {name: region_nodes(space, numbers) for name, numbers in facets.items()}
 
 
-def element_means(model: HomogenisedModel, rho: FloatArray) -> AnisotropicStiffness:
+def _element_means(model: HomogenisedModel, rho: FloatArray) -> AnisotropicStiffness:
     """Mean stiffness of every element, which is the stiffness where it is constant in each."""
     whole = effective_stiffness(model, rho)
     if whole.ndim == 3:

@@ -22,7 +22,7 @@ from gradedesign.mechanics.limits.verdict import Factors
 from gradedesign.program.store.run_folder import RunFolder, open_run_folder
 
 #: Raised when what an iteration stores changes its meaning.
-ITERATION_VERSION = 10
+_ITERATION_VERSION = 10
 
 
 def default_folder(name: str) -> Path:
@@ -48,7 +48,7 @@ def design_key(model: DesignModel) -> str:
     mesh = model.homogenised.space.mesh
     return content_key(
         "iteration",
-        ITERATION_VERSION,
+        _ITERATION_VERSION,
         model.plan.case.case_hash,
         model.cells.cell.name,
         repr([(law.name, law.source) for law in model.homogenised.law.laws]),
