@@ -7,7 +7,9 @@ import numpy as np
 import psutil
 import pytest
 from numba import njit
+from numba.core import event
 
+from gradedesign.common.system import compiling
 from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
 from gradedesign.mechanics.finite_cell._operator_kernels import add_product
 from gradedesign.mechanics.finite_cell._patch_kernels import add_patches
@@ -32,7 +34,10 @@ def started(monkeypatch):
 
     monkeypatch.setattr(compiled_ahead, "Popen", start)
     monkeypatch.setattr(compiled_ahead, "usable_cores", lambda: 2)
-    return processes
+    # A listener that has heard nothing yet: there is one start in a process.
+    monkeypatch.setattr(compiling, "_COMPILATIONS", listener := compiling._Compilations())
+    yield processes
+    event.unregister("numba:compile", listener)
 
 
 def compile_one():
@@ -52,12 +57,15 @@ def test_one_process_is_started_by_the_first_compilation_and_ends_with_the_block
         assert psutil.pid_exists(started[0].pid)
     assert started[0].poll() is not None
     compile_one()
+    with compiling_ahead():
+        compile_one()
     assert len(started) == 1
 
 
 def test_nothing_is_started_where_nothing_is_compiled_nor_for_one_core(started, monkeypatch):
     with compiling_ahead():
         pass
+    assert started == []
     monkeypatch.setattr(compiled_ahead, "usable_cores", lambda: 1)
     with compiling_ahead():
         compile_one()

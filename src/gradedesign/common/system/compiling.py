@@ -26,14 +26,15 @@ class _Compilations:
     depth: int = 0
     began: float = 0.0
     first: Callable[[], None] | None = None
+    called: bool = False
 
     def notify(self, event: Any) -> None:
         """Count compilations under way: those of called kernels lie in that of their caller."""
         if event.is_start and self.depth == 0:
             self.began = time.monotonic()
-            if self.first is not None:
-                first, self.first = self.first, None
-                first()
+            if self.first is not None and not self.called:
+                self.called = True
+                self.first()
         self.depth = max(self.depth + (1 if event.is_start else -1), 0)
 
     def listen(self) -> None:
@@ -63,7 +64,7 @@ def compiling() -> Step | None:
 
 @contextmanager
 def when_compiling(first: Callable[[], None]) -> Iterator[None]:
-    """Call a function when the first compilation within the block begins."""
+    """Call a function when the first compilation within the block begins, once in a process."""
     _COMPILATIONS.listen()
     _COMPILATIONS.first = first
     try:

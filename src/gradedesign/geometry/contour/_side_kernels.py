@@ -40,22 +40,6 @@ def take_out_edges(sides: NDArray[np.uint8]) -> int:
 
 
 @njit(cache=True, nogil=True)
-def mark_beside(sides: NDArray[np.uint8]) -> None:
-    """Mark the cubes beyond the part that touch a near one."""
-    nx, ny, nz = sides.shape
-    for i in range(nx):
-        for j in range(ny):
-            for k in range(nz):
-                if sides[i, j, k] != NEAR:
-                    continue
-                for p in range(max(i - 1, 0), min(i + 2, nx)):
-                    for q in range(max(j - 1, 0), min(j + 2, ny)):
-                        for r in range(max(k - 1, 0), min(k + 2, nz)):
-                            if sides[p, q, r] == BEYOND:
-                                sides[p, q, r] = BESIDE
-
-
-@njit(cache=True, nogil=True)
 def touching(
     sides: NDArray[np.uint8], points: FloatArray, origin: FloatArray, h: float
 ) -> BoolArray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.geometry.contour import _side_kernels as kernels
@@ -47,7 +48,8 @@ def cube_sides(part: SurfaceMesh, origin: FloatArray, shape: Shape, h: float) ->
     mark_near(corners, CLEARANCE, kernels.NEAR, sides)
     while kernels.take_out_edges(sides):
         pass
-    kernels.mark_beside(sides)
+    around_near = binary_dilation(sides == kernels.NEAR, np.ones((3, 3, 3)))
+    sides[around_near & (sides == kernels.BEYOND)] = kernels.BESIDE
     return sides
 
 

@@ -4,13 +4,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 #: How far below zero a barycentric coordinate may fall before a point counts as outside.
 SLACK = 1e-10
+#: Points that are worth a thread: 0.1 ms of work. Chosen, not measured.
+POINTS = 1024
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _bins(points, tets, t, lower, size, shape, low, high):
     """Range of bins that the box of a tetrahedron touches, written to low and high."""
     for a in range(3):
@@ -37,7 +39,7 @@ def bin_tets(fill, points, tets, lower, size, shape, first, members):
                     first[b] += 1
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def barycentric(points, tets, t, x, y, z):
     """Four barycentric coordinates of a point in tetrahedron t."""
     a = tets[t, 0]
@@ -56,10 +58,10 @@ def barycentric(points, tets, t, x, y, z):
     return 1.0 - wb - wc - wd, wb, wc, wd
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def find_tets(points, tets, lower, size, shape, first, members, queries, owner):
-    """Tetrahedron of every query point (3, n), the lowest number of several; -1 outside."""
-    for q in prange(queries.shape[1]):
+@njit(cache=True, nogil=True)
+def find_tets(low, high, points, tets, lower, size, shape, first, members, queries, owner):
+    """Tetrahedron of a range of query points (3, n), the lowest number of several; -1 outside."""
+    for q in range(low, high):
         x, y, z = queries[0, q], queries[1, q], queries[2, q]
         i = int(np.floor((x - lower[0]) / size))
         j = int(np.floor((y - lower[1]) / size))
@@ -84,10 +86,10 @@ def find_tets(points, tets, lower, size, shape, first, members, queries, owner):
                 owner[q] = t
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def weigh(points, tets, owner, queries, weights):
-    """Barycentric coordinates of every query point in its tetrahedron, (4, n)."""
-    for q in prange(queries.shape[1]):
+@njit(cache=True, nogil=True)
+def weigh(low, high, points, tets, owner, queries, weights):
+    """Barycentric coordinates of a range of query points in their tetrahedra, (4, n)."""
+    for q in range(low, high):
         w = barycentric(points, tets, owner[q], queries[0, q], queries[1, q], queries[2, q])
         for c in range(4):
             weights[c, q] = w[c]

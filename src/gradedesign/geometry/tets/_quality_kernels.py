@@ -5,15 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from gradedesign.arrays import FloatArray, IntArray
 
-_CHUNKS = 64
 
-
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _outward_area(
     points: NDArray[Any], a: int, b: int, c: int, normal: NDArray[Any]
 ) -> float:  # pragma: no cover (compiled)
@@ -30,7 +28,7 @@ def _outward_area(
     return np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
 
 
-@njit(cache=True, parallel=True, nogil=True)
+@njit(cache=True, nogil=True)
 def largest_cosine(points: FloatArray, tets: IntArray) -> float:  # pragma: no cover (compiled)
     """Return the largest cosine of any dihedral angle.
 
@@ -40,35 +38,31 @@ def largest_cosine(points: FloatArray, tets: IntArray) -> float:  # pragma: no c
     tets : (4, m) int array
         A tetrahedron with a face of no area counts as having an angle of 0 degrees.
     """
-    count = tets.shape[1]
-    highest = np.full(_CHUNKS, -1.0)
-    for chunk in prange(_CHUNKS):
-        normals = np.zeros((4, 3))
-        lengths = np.zeros(4)
-        high = -1.0
-        for t in range(chunk * count // _CHUNKS, (chunk + 1) * count // _CHUNKS):
-            a, b, c, d = tets[0, t], tets[1, t], tets[2, t], tets[3, t]
-            lengths[0] = _outward_area(points, b, c, d, normals[0])
-            lengths[1] = _outward_area(points, a, d, c, normals[1])
-            lengths[2] = _outward_area(points, a, b, d, normals[2])
-            lengths[3] = _outward_area(points, a, c, b, normals[3])
-            for i in range(3):
-                for j in range(i + 1, 4):
-                    scale = lengths[i] * lengths[j]
-                    if scale > 0.0:
-                        dot = (
-                            normals[i, 0] * normals[j, 0]
-                            + normals[i, 1] * normals[j, 1]
-                            + normals[i, 2] * normals[j, 2]
-                        )
-                        high = max(high, min(1.0, -dot / scale))
-                    else:
-                        high = 1.0
-        highest[chunk] = high
-    return highest.max()
+    normals = np.zeros((4, 3))
+    lengths = np.zeros(4)
+    high = -1.0
+    for t in range(tets.shape[1]):
+        a, b, c, d = tets[0, t], tets[1, t], tets[2, t], tets[3, t]
+        lengths[0] = _outward_area(points, b, c, d, normals[0])
+        lengths[1] = _outward_area(points, a, d, c, normals[1])
+        lengths[2] = _outward_area(points, a, b, d, normals[2])
+        lengths[3] = _outward_area(points, a, c, b, normals[3])
+        for i in range(3):
+            for j in range(i + 1, 4):
+                scale = lengths[i] * lengths[j]
+                if scale > 0.0:
+                    dot = (
+                        normals[i, 0] * normals[j, 0]
+                        + normals[i, 1] * normals[j, 1]
+                        + normals[i, 2] * normals[j, 2]
+                    )
+                    high = max(high, min(1.0, -dot / scale))
+                else:
+                    high = 1.0
+    return high
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _root(parent: IntArray, item: int) -> int:  # pragma: no cover (compiled)
     """Return the root of an item, halving the path to it."""
     while parent[item] != item:
@@ -77,7 +71,7 @@ def _root(parent: IntArray, item: int) -> int:  # pragma: no cover (compiled)
     return item
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _facet(
     tets: IntArray, t: int, opposite: int
 ) -> tuple[int, int, int]:  # pragma: no cover (compiled)

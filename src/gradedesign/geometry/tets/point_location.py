@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.errors import MeshError
 from gradedesign.geometry.tets import _point_location_kernels as kernels
 from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_facets
@@ -125,8 +126,19 @@ def locate(
     at = build_locator(mesh) if locator is None else locator
     n = queries.shape[1]
     owner = np.zeros(n, dtype=np.int64)
-    kernels.find_tets(
-        at.points, at.tets, at.lower, at.size, at.shape, at.first, at.members, queries, owner
+    numbers = range(0, owner.size, kernels.POINTS)
+    in_ranges(
+        kernels.find_tets,
+        numbers,
+        at.points,
+        at.tets,
+        at.lower,
+        at.size,
+        at.shape,
+        at.first,
+        at.members,
+        queries,
+        owner,
     )
     distance = np.zeros(n)
     outside = np.flatnonzero(owner < 0)
@@ -136,5 +148,5 @@ def locate(
         distance[outside] = far
         queries[:, outside] = nearest
     weights = np.zeros((4, n))
-    kernels.weigh(at.points, at.tets, owner, queries, weights)
+    in_ranges(kernels.weigh, numbers, at.points, at.tets, owner, queries, weights)
     return owner, weights, distance

@@ -1,8 +1,6 @@
-"""Compiled renumbering of nodes, and transfers in their new places."""
+"""Compiled transfers of vectors to the new places of nodes."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 from numba import njit
@@ -52,29 +50,3 @@ def add_midpoints(
             u, v = 3 * ends[0, i], 3 * ends[1, i]
             for a in range(3):
                 x[m, 3 * i + a] += half * keep[3 * i + a] * (c[m, u + a] + c[m, v + a])
-
-
-@njit(cache=True)
-def _spread(value: int) -> Any:
-    """Put two zero bits between the lowest 20 bits of a number."""
-    v = np.uint64(value)
-    v = (v | (v << np.uint64(32))) & np.uint64(0x1F00000000FFFF)
-    v = (v | (v << np.uint64(16))) & np.uint64(0x1F0000FF0000FF)
-    v = (v | (v << np.uint64(8))) & np.uint64(0x100F00F00F00F00F)
-    v = (v | (v << np.uint64(4))) & np.uint64(0x10C30C30C30C30C3)
-    return (v | (v << np.uint64(2))) & np.uint64(0x1249249249249249)
-
-
-@njit(cache=True, nogil=True)
-def morton_keys(
-    nodes: NDArray[np.float64], low: NDArray[np.float64], size: float
-) -> NDArray[np.uint64]:
-    """Interleaved bits of the three coordinates ``(nodes - low) / size``, each below 2^20.
-
-    G. M. Morton, A computer oriented geodetic data base, IBM, 1966.
-    """
-    keys = np.zeros(nodes.shape[1], np.uint64)
-    for i in range(nodes.shape[1]):
-        for a in range(3):
-            keys[i] |= _spread(int((nodes[a, i] - low[a]) / size)) << np.uint64(a)
-    return keys
