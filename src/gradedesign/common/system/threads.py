@@ -63,6 +63,8 @@ def in_ranges(
         False: one call, in this thread.
     """
     count, end = len(numbers), numbers.stop
+    if count == 0:
+        return
     pieces = min(get_num_threads(), count) if threaded else 1
     if pieces < 2:
         kernel(numbers.start, end, *arguments)

@@ -63,7 +63,7 @@ def points_and_normals(
             normals[x, f] = n[x] / size if size > 0 else 0.0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _cell_of(
     point: FloatArray,
     cells: tuple[FloatArray, FloatArray, float],

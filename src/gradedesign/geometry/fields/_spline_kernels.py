@@ -8,7 +8,7 @@ import math
 from numba import njit
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def split(coordinate, steps, start):
     """Grid step of a coordinate of period 1, and the place in it."""
     place = (coordinate - math.floor(coordinate)) * steps - start
@@ -16,7 +16,7 @@ def split(coordinate, steps, start):
     return int(step), place - step
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def spline_weights(t):
     """Uniform cubic B-spline at the four nodes around a place t past the second."""
     r = 1.0 - t

@@ -125,18 +125,12 @@ def add_product(
                 g[1, 2, p, v] = yz
                 g[2, 1, p, v] = yz
         for d in range(3):
-            for o in range(3 * q2):
-                for v in range(LANES):
-                    b1[o, v] = 0
-                    b2[o, v] = 0
-                    b3[o, v] = 0
-            for o in range(9 * q1):
-                for v in range(LANES):
-                    a1[o, v] = 0
-                    a2[o, v] = 0
-            for a in range(27):
-                for v in range(LANES):
-                    ue[a, v] = 0
+            b1[:] = 0
+            b2[:] = 0
+            b3[:] = 0
+            a1[:] = 0
+            a2[:] = 0
+            ue[:] = 0
             for p in range(q1):
                 for k in range(3):
                     nk = shapes[p, k]
