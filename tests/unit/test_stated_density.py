@@ -10,6 +10,7 @@ from PIL import Image
 from gradedesign.design.case.read_case import load_case
 from gradedesign.design.resolve.stated_cells import placed_cells, stated_cells
 from gradedesign.design.resolve.stated_density import stated_density
+from gradedesign.design.resolve.stated_lattice import stated_lattice, stated_part
 from gradedesign.errors import CaseError, DensityError
 from gradedesign.geometry.contour.surface import require_closed
 from gradedesign.geometry.formats.read_stl import read_stl
@@ -156,10 +157,11 @@ REFUSED = {
         DensityError,
         r"transition\.weight: the weight of the transition asks for .*highest 15",
     ),
-    "zones": (
-        'density = 0.3\n[[zone]]\nname = "end"\nformula = "x - 9"\ncell = "bcc"',
+    "three cells": (
+        'density = 0.3\n[[zone]]\nformula = "x - 2"\ncell = "bcc"\ntransition = "3 mm"\n'
+        '[[zone]]\nformula = "13 - x"\ncell = "sc"\ntransition = "3 mm"',
         CaseError,
-        r"case\.toml:9: zone: goes with a density .* by \[lattice\.transition\]",
+        r"case\.toml:9: zone: found 3 different cells",
     ),
     "second unknown": (
         'density = 0.3\n[lattice.transition]\ncell = "bbc"\nweight = "0.5"', CaseError, "bcc",
@@ -205,6 +207,25 @@ def test_a_transition_is_generated_and_its_neck_told(tmp_path):
     assert told["neck_over_two_cells"]["components"] == 1
     points = np.array([[1.0, 5.0, 9.0], [1.3, 1.3, 1.3], [2.1, 2.1, 2.1]])
     np.testing.assert_allclose(placed.weights_at(points)[1], [0, 0.5, 1], atol=0.01)
+
+
+def test_a_zone_is_the_transition_with_its_weight(tmp_path):
+    """Six millimetres of ``3 s^2 - 2 s^3`` about x = 5 mm, as a weight and as a zone's border."""
+    registry, found = build_registry(), []
+    text = CASE.replace("15 mm", "10 mm").replace("gyroid-sheet", "primitive-sheet")
+    for more in (
+        '[lattice.transition]\ncell = "sc"\nweight = "smoothstep(2, 8, x)"\n',
+        '[[zone]]\nformula = "5 - x"\ncell = "sc"\ntransition = "6 mm"\n',
+    ):
+        case = load_case(write(tmp_path, f"{text}density = 0.3\n{more}"))
+        found.append(stated_lattice(case, registry, stated_part(case, registry)))
+    transition, zone = found
+    assert zone.transition["shift_cells"] == transition.transition["shift_cells"]
+    assert zone.transition["neck_over_two_cells"] == transition.transition["neck_over_two_cells"]
+    points = np.random.default_rng(20260127).uniform(0, [10, 5, 5], (500, 3)).T
+    own, meant = (each.design.cells.weights_at(points) for each in (zone, transition))
+    # The weight lies on a grid of 0.625 mm: h^2 / 8 of the second derivative, 6 / 6^2 at most.
+    np.testing.assert_allclose(own, meant, atol=0.625**2 / 8 / 6)
 
 
 def test_the_command_generate_names_run(cli, tmp_path):

@@ -59,6 +59,11 @@ def sheet(name, f):
 
 
 P, G = sheet("waves", waves), sheet("spirals", spirals)
+LEANING = CellFamily(
+    name="leaning",
+    shape=lambda u, lean: spirals(u) + lean * np.cos(2 * np.pi * u[2]),
+    parameters={"lean": 0.0},
+)
 CASE = (
     held_bar(box_part(32, 8, 8, 4), material='name = "Ti-6Al-4V"', force="0 N, 0 N, -40 N")
     + """\
@@ -83,7 +88,11 @@ def written(family, youngs, window=(0.05, 0.9)):
     )  # fmt: skip
 
 
-LAWS = {"waves": written("waves", (0.5, 1.5)), "spirals": written("spirals", (0.6, 1.5))}
+LAWS = {
+    "waves": written("waves", (0.5, 1.5)),
+    "spirals": written("spirals", (0.6, 1.5)),
+    "leaning": written("leaning", (0.4, 1.5)),
+}
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +100,7 @@ def registry():
     known = build_registry()
     return replace(
         known,
-        cell_families={**known.cell_families, "waves": P, "spirals": G},
+        cell_families={**known.cell_families, "waves": P, "spirals": G, "leaning": LEANING},
         scaling_laws={**known.scaling_laws, **{law.name: law for law in LAWS.values()}},
     )
 
@@ -267,9 +276,59 @@ def test_one_law_needs_no_weights():
         LawField(laws=tuple(LAWS.values()))
 
 
+def test_a_transition_is_the_zone_with_its_weight(tmp_path, registry, two_thirds):
+    """The border at 16 mm with 8 mm of ``3 s^2 - 2 s^3`` about it, as a weight by place."""
+    zone = prepared(tmp_path, registry, WAVES)
+    text = '[lattice.transition]\ncell = "waves"\nweight = "1 - smoothstep(12, 20, x)"\n'
+    own = prepared(tmp_path, registry, text)
+    points = np.random.default_rng(20260127).uniform(0, [32, 8, 8], (500, 3)).T
+    weights = own.cells.zoning.weights(points)
+    # A zone's border comes from a difference over 0.016 mm.
+    np.testing.assert_allclose(weights, zone.cells.zoning.weights(points), atol=1e-9)
+    assert own.cells.zoning.cells.shifts == zone.cells.zoning.cells.shifts
+    assert own.cells.bounds == zone.cells.bounds
+    for name in ("weights", "stiffness_factor", "strength_factor"):
+        found, meant = (getattr(setup.homogenised.law, name) for setup in (own, zone))
+        np.testing.assert_allclose(found, meant, atol=1e-9)
+    assert [z.name for z in own.cells.zoning.zones] == ["lattice", "waves"]
+
+
+def test_values_of_a_parameter_are_zones_in_a_row(tmp_path, registry, two_thirds):
+    text = (
+        '[lattice.parameter_map]\nparameter = "lean"\nvalues = [0.0, 0.4]\nincrements = 3\n'
+        'formula = "0.4 * x / 32"\n'
+    )
+    (tmp_path / "case.toml").write_text(
+        CASE.replace('"spirals"', '"leaning"\nlaw = "leaning-law"') + text
+    )
+    zoning = prepare(load_case(tmp_path), registry).cells.zoning
+    x = np.array([0.0, 4.0, 8.0, 16.0, 24.0, 32.0])
+    weights = zoning.weights(np.stack([x, np.full(6, 4.0), np.full(6, 4.0)]))
+    place = x / 16
+    hats = np.maximum(0, 1 - np.abs(place - np.arange(3)[:, None]))
+    np.testing.assert_allclose(weights, hats, atol=1e-12)
+    assert [dict(cell.parameters) for cell in zoning.cells.members] == [
+        {"lean": pytest.approx(value)} for value in (0.0, 0.2, 0.4)
+    ]
+    assert set(zoning.cells.blends) == {(0, 1), (1, 2)}
+    assert [zone.name for zone in zoning.zones] == ["lattice", "lean 0.2", "lean 0.4"]
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
+        (
+            '[lattice.transition]\ncell = "waves"\nweight = "x / 16"\n',
+            r"case\.toml:\d+: lattice\.transition: the weight of the transition is 2 at \(32, ",
+        ),
+        (
+            '[lattice.transition]\ncell = "waves"\nweight = "0.5"\n' + WAVES,
+            r"lattice\.transition: does not go with \[\[zone\]\]",
+        ),
+        (
+            '[lattice.transition]\ncell = "nothing"\nweight = "0.5"\n',
+            r"transition\.cell: .*noth",
+        ),
         ('[[zone]]\ncell = "waves"\n', "found none; expected exactly one of box, cylinder"),
         ('[[zone]]\nformula = "x"\n', "differs in nothing"),
         ('[[zone]]\nregion = "root"\ncell = "waves"\n', "goes with region"),

@@ -168,15 +168,20 @@ def _cell_map_problems(lattice: LatticeSpec, regions: Mapping[str, Any]) -> Iter
 
 def _zone_problems(file: CaseFile) -> Iterator[Problem]:
     """Find keys that cannot be combined with zones, and zones with equal names."""
-    if not file.zone:
-        return
     lattice = file.lattice
+    for key in ("transition", "parameter_map"):
+        if file.zone and getattr(lattice, key) is not None:
+            yield Problem(key=("lattice", key), message="does not go with [[zone]]; leave one out")
+    mixed = lattice.transition is not None or lattice.parameter_map is not None
+    if not file.zone and (lattice.stated or not mixed):
+        return
+    by = "[[zone]]" if file.zone else "a transition or a parameter by place"
     for key, stated in (("grading", lattice.graded_size), ("orientation", lattice.orientation)):
         if stated:
             yield Problem(
                 key=("lattice", key),
-                message="does not go with [[zone]] yet: all zones share one grid of cells that no "
-                "design moves; leave one out",
+                message=f"does not go with {by} yet: all cells share one grid that no design "
+                "moves; leave one out",
             )
     names = Counter(zone.name for zone in file.zone if zone.name is not None)
     for i, zone in enumerate(file.zone):

@@ -40,10 +40,10 @@ def stated_problems(file: CaseFile) -> Iterator[Problem]:
             message="found follows, which needs the stress of an analysis, and the run of a stated "
             "density has none; expected a formula or one thickness",
         )
-    if file.zone:
-        yield Problem(
-            key=("zone",),
-            message="goes with a density that is to be found; where it is stated, cells pass into "
-            'each other by [lattice.transition], with cell = "bcc" and weight = '
-            '"smoothstep(20, 40, x)", and densities by [lattice.density_map]',
-        )
+    for k, zone in enumerate(file.zone):
+        if zone.density is not None:
+            yield Problem(
+                key=("zone", k, "density"),
+                message="found beside the stated density of the whole lattice; leave it out: a "
+                "density that differs from place to place stands in [lattice.density_map]",
+            )

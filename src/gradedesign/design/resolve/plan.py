@@ -31,6 +31,7 @@ from gradedesign.design.resolve.stated_directions import stated_directions
 from gradedesign.design.resolve.symmetry import SymmetryPlane, symmetry_planes
 from gradedesign.design.resolve.thin_walls import thin_wall_warnings
 from gradedesign.design.resolve.tools import Tools, stated_tools
+from gradedesign.design.resolve.weighted_zones import weighted_zones
 from gradedesign.design.resolve.zones import ResolvedZone, ResolvedZones, resolve_zones
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cell import Cell
@@ -111,6 +112,9 @@ def resolve_case(case: Case, registry: Registry) -> Plan:
     ResourceError
         If the part's mesh or the grid of densities cannot fit the memory of the case.
     """
+    lattice, zones_of_lattice = weighted_zones(case.lattice)
+    if zones_of_lattice:
+        case = case.model_copy(update={"lattice": lattice, "zone": zones_of_lattice})
     plan = _without_zones(with_acceptance(case), registry)
     report_step("cells and their zones")
     zones = resolve_zones(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from typing import Any, Literal
@@ -11,9 +11,11 @@ import numpy as np
 
 from gradedesign.arrays import Field
 from gradedesign.common.values.formula import parse_formula
-from gradedesign.common.values.locate import locating
+from gradedesign.common.values.locate import Where, locating
 from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.registry import Registry, lookup
+from gradedesign.design.resolve.zones import zone_lattice
+from gradedesign.design.resolve.zoning import weights_of_cells
 from gradedesign.errors import CaseError
 from gradedesign.geometry.cell.blend import Scale
 from gradedesign.geometry.cell.calibration import calibrate
@@ -24,10 +26,12 @@ from gradedesign.geometry.cell.neck import joining_shift, measure_neck
 from gradedesign.geometry.cell.shape import complete_parameters
 from gradedesign.geometry.cell.wall_size import density_for_wall, wall_mm
 from gradedesign.geometry.contour.sample import grid_points
+from gradedesign.geometry.lattice.components.zone import Zones
 from gradedesign.geometry.lattice.density_grid import DensityGrid, evaluate
 from gradedesign.geometry.lattice.density_source import sample_density
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.formula_density import formula_field
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.lattice.local_level import local_level
 from gradedesign.geometry.lattice.parameter_map_schema import ParameterMapSpec
 from gradedesign.geometry.lattice.transition_schema import TransitionSpec
@@ -45,21 +49,57 @@ def stated_cells(case: Case, registry: Registry) -> Cells:
     Raises
     ------
     CaseError
-        For an unknown family or parameter.
+        For an unknown family or parameter, or more than two different cells in zones.
     DensityError
         If two families have no density in common, or no density gives walls thick enough.
     """
     spec = case.lattice
     if spec.parameter_map is not None:
         return _with_floor(case, _incremented(case, registry, spec.parameter_map))
-    first = _calibrated(case, registry, "lattice", spec.cell, spec.parameters)
+    first = _calibrated(case.where, registry, "lattice", spec.cell, spec.parameters)
+    if case.zone:
+        return _with_floor(case, _in_zones(case, registry, first))
     if spec.transition is None:
         return _with_floor(case, single(first))
     second = spec.transition
     key = "lattice.transition"
-    other = _calibrated(case, registry, key, second.cell, second.parameters)
+    other = _calibrated(case.where, registry, key, second.cell, second.parameters)
     with locating(case.where, key):
         return _with_floor(case, cell_pair(first, other, scale=_scale(second)))
+
+
+def _in_zones(case: Case, registry: Registry, first: Cell) -> Cells:
+    """The cell of the lattice and, if zones have one, another."""
+    cells = [first]
+    for k in range(len(case.zone)):
+        own, _ = zone_lattice(case.lattice, case.zone[k], k, case.where)
+        cells.append(_calibrated(case.where, registry, f"zone[{k}]", own.cell, own.parameters))
+    members = tuple(dict.fromkeys(cells))
+    if len(members) > 2:
+        raise CaseError(
+            f"{case.where('zone')}: found {len(members)} different cells; where the density is "
+            f"stated two can pass into each other; take one cell in all zones, or density = "
+            f"[lowest, highest]"
+        )
+    if len(members) == 1:
+        return single(first)
+    with locating(case.where, "zone"):
+        return cell_pair(*members)
+
+
+def _share_of_second(stated: Sequence[LatticeSpec], first: Cell, zones: Zones) -> Field:
+    """Weight of the second of two cells, at points ``(3, ...)`` mm.
+
+    ``stated`` is what holds outside every zone, and in each of them.
+    """
+    number = [
+        int(
+            own.cell != first.name
+            or complete_parameters(first.family, own.parameters) != first.parameters
+        )
+        for own in stated
+    ]
+    return lambda points: weights_of_cells(number, zones.weights(points))[1]
 
 
 def _with_floor(case: Case, cells: Cells) -> Cells:
@@ -118,22 +158,35 @@ def placed_cells(
             share = partial(evaluate, _weight_grid(case, spec.transition, domain))
         with locating(case.where, "lattice.transition"):
             cells, measures = _joined(cells, spec.transition, least_density(density))
+    elif len(cells.members) > 1:
+        (zones,) = domain.of(Zones)
+        share = _share_of_second(
+            [spec, *(zone_lattice(spec, z, k, case.where)[0] for k, z in enumerate(case.zone))],
+            cells.members[0],
+            zones,
+        )
+        with locating(case.where, "zone"):
+            cells, measures = _joined(cells, None, least_density(density))
     else:
         return cells, measures
     cells, errors = _levelled(case, cells, share, cell_map, density, domain)
     return cells, measures | errors
 
 
-def _joined(cells: Cells, spec: TransitionSpec, least: float) -> tuple[Cells, dict[str, Any]]:
+def _joined(
+    cells: Cells, spec: TransitionSpec | None, least: float
+) -> tuple[Cells, dict[str, Any]]:
     """The cells of a transition, the second moved so that they join at a least density."""
-    (first, second), scale, shift = cells.members, _scale(spec), spec.shift
+    first, second = cells.members
+    scale: Scale = "rank" if spec is None else _scale(spec)
+    shift = None if spec is None else spec.shift
     if shift is None:
         shift = joining_shift(first, second, least, scale=scale)
     pair = cell_pair(first, second, scale=scale, shift=shift)
     return replace(pair, window=cells.window), {
         "cell": second.name,
         "parameters": dict(second.parameters),
-        "scale": spec.scale,
+        "scale": scale,
         "shift_cells": list(shift),
         "density": least,
         "neck_over_two_cells": asdict(measure_neck(pair, least)),
@@ -236,13 +289,13 @@ def thinnest_wall(cells: Cells, density: float, size: float) -> float:
 
 
 def _calibrated(
-    case: Case, registry: Registry, key: str, name: str, stated: Mapping[str, float]
+    where: Where, registry: Registry, key: str, name: str, stated: Mapping[str, float]
 ) -> Cell:
-    with locating(case.where, f"{key}.cell"):
+    with locating(where, f"{key}.cell"):
         family: CellFamily = lookup(registry, "cell_families", name)
-    with locating(case.where, f"{key}.parameters"):
+    with locating(where, f"{key}.parameters"):
         parameters = complete_parameters(family, stated)
-    with locating(case.where, f"{key}.cell"):
+    with locating(where, f"{key}.cell"):
         return calibrate(family, parameters)
 
 

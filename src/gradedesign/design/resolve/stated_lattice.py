@@ -24,6 +24,7 @@ from gradedesign.design.resolve.stated_map import stated_map
 from gradedesign.geometry.cell.cells import Cells
 from gradedesign.geometry.formats.exporter import PlannedPrint
 from gradedesign.geometry.lattice.component_kind import composed, with_cuts
+from gradedesign.geometry.lattice.components.zone import Zones, require_zones_used
 from gradedesign.geometry.lattice.density_source import DensitySource
 from gradedesign.geometry.lattice.lattice import LatticeDesign
 from gradedesign.geometry.lattice.part_room import require_cells_fit, require_lattice_left
@@ -110,6 +111,8 @@ def stated_lattice(
     )
     points = lattice_points(domain)
     require_lattice_left(case.where, points, domain)
+    for zones in domain.of(Zones):
+        require_zones_used(case.where, zones, points)
     cell_map, report = stated_map(case, part, cells.members[0], density, domain.distance, points)
     placed, transition = placed_cells(case, cells, cell_map, density=density, domain=domain)
     design = LatticeDesign(

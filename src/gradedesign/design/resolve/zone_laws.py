@@ -63,7 +63,8 @@ def zone_laws(
     bounds, warnings = [], []
     for k, zone in enumerate(zones.zones):
         number = zones.number_of(zone)
-        with locating(case.where, "lattice.law" if k == 0 else f"zone[{k - 1}]"):
+        key = "lattice.law" if k == 0 else case.zone[k - 1].key(k - 1)
+        with locating(case.where, key):
             if number not in laws:
                 laws[number], remarks = resolve_law(
                     zone.lattice,

@@ -14,6 +14,7 @@ from gradedesign.design.resolve.registry import Registry, lookup
 from gradedesign.design.resolve.resolve import cell_parameters, planned_densities
 from gradedesign.design.resolve.zoning import weights_of_cells
 from gradedesign.errors import CaseError, LatticeError
+from gradedesign.geometry.cell.blend import Scale
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.cells import Cells, cell_pair, largest_two, single
@@ -22,6 +23,7 @@ from gradedesign.geometry.cell.neck import joining_shift, measure_neck
 from gradedesign.geometry.lattice.cell_layout import CellLayout
 from gradedesign.geometry.lattice.components.zone import Zones, require_zones_used
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
+from gradedesign.geometry.lattice.transition_schema import TransitionSpec
 from gradedesign.geometry.lattice.zone_schema import ZoneSpec
 from gradedesign.mechanics.material.scaling_law import has_strength
 
@@ -94,11 +96,8 @@ def zone_lattice(
         "law": zone.law or ("auto" if changed else lattice.law),
         "density": lattice.density if zone.density is None else zone.density,
     }
-    written = {
-        f"lattice.{key}": f"zone[{number}].{key}"
-        for key in stated
-        if f"zone[{number}].{key}" in where.lines
-    }
+    places = {key: f"{zone.key(number)}.{key}" for key in stated}
+    written = {f"lattice.{key}": at for key, at in places.items() if at in where.lines}
     return lattice.model_copy(update=stated), replace(where, aliases=written)
 
 
@@ -133,11 +132,10 @@ def resolve_zones(
     if not stated:
         return None
     (borders,) = stated
-    names, at_points = borders.names, borders.weights(layout.points)
-    require_zones_used(case.where, names, at_points)
+    names, at_points = borders.names, require_zones_used(case.where, borders, layout.points)
     zones, narrowed = [first], []
     for k, name in enumerate(names[1:]):
-        with locating(case.where, f"zone[{k}]"):
+        with locating(case.where, borders.keys[k]):
             own = zone_lattice(case.lattice, case.zone[k], k, case.where)
             zone, remarks = _resolved_zone(case, own, name, registry, layout.least, poissons_ratio)
         zones.append(zone)
@@ -147,9 +145,10 @@ def resolve_zones(
     cells = single(first.cell)
     if len(members) > 1:
         _require_strengths(zones)
-        with locating(case.where, "zone"):
+        with locating(case.where, borders.keys[0].partition("[")[0]):
             length = min(borders.widths) / case.lattice.cell_size
-            cells = _joined(length, zones, members, borders.weights, at_points)
+            mix = case.lattice.transition
+            cells = _joined(length, zones, members, borders.weights, at_points, mix)
     return ResolvedZones(
         zones=tuple(zones),
         weights=borders.weights,
@@ -215,6 +214,7 @@ def _joined(
     members: tuple[Cell, ...],
     weights: Field,
     at_points: FloatArray,
+    own: TransitionSpec | None,
 ) -> Cells:
     """Cells of zones, moved so that those that meet join in transitions ``length`` cells long.
 
@@ -228,6 +228,8 @@ def _joined(
         Points to weights of the zones ``(Z, ...)``.
     at_points : (Z, m) array
         Weights at points that fill the lattice.
+    own : TransitionSpec or None
+        That states the scale of the mix and how the second cell is moved.
 
     Raises
     ------
@@ -235,6 +237,7 @@ def _joined(
         If a transition falls apart.
     """
     number = [members.index(zone.cell) for zone in zones]
+    scale: Scale = "distance" if own is not None and own.scale == "distance" else "rank"
     shifts: dict[int, tuple[float, float, float]] = {0: (0.0, 0.0, 0.0)}
     blends = {}
     for i, j in _meeting_cells(weights_of_cells(number, at_points)):
@@ -245,9 +248,11 @@ def _joined(
         )
         start = shifts.setdefault(i, (0.0, 0.0, 0.0))
         if j not in shifts:
-            moved = joining_shift(first, second, least, length=length)
+            moved = None if own is None else own.shift
+            if moved is None:
+                moved = joining_shift(first, second, least, scale=scale, length=length)
             shifts[j] = _plus(start, moved, 1.0)
-        pair = cell_pair(first, second, shift=_plus(shifts[j], start, -1.0))
+        pair = cell_pair(first, second, scale=scale, shift=_plus(shifts[j], start, -1.0))
         neck = measure_neck(pair, least, length=length, resolution=24)
         if neck.components > 1 or neck.width == 0:
             raise LatticeError(

@@ -247,13 +247,6 @@ class LatticeSpec(Table):
                 'stress-to-density makes a map of densities, which grading = "uniform" has not; '
                 'expected another grading, or method = "lightest"',
             )
-        for key in ("transition", "parameter_map"):
-            if getattr(self, key) is not None:
-                raise key_error(
-                    key,
-                    "goes with a stated density, such as density = 0.3; where the density is to be "
-                    "found, cells that differ from place to place are stated as [[zone]]",
-                )
         return self
 
     @model_validator(mode="after")

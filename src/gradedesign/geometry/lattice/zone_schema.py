@@ -37,6 +37,10 @@ class ZoneSpec(PlaceSpec):
     transition: Size | None = None
     """Width of the transition about the zone's border, mm; two cells without it."""
 
+    def key(self, number: int) -> str:
+        """Key of the zone of this number in the case file."""
+        return f"zone[{number}]"
+
     @model_validator(mode="after")
     def _one_place(self) -> ZoneSpec:
         require_one(self, (*VOLUMES, "region", "formula"))
@@ -45,3 +49,22 @@ class ZoneSpec(PlaceSpec):
         if all(getattr(self, key) is None for key in _DIFFERENCES):
             raise Refused(f"the zone differs in nothing; add one of {', '.join(_DIFFERENCES)}")
         return self
+
+
+class WeightedZone(ZoneSpec):
+    """A zone whose weight a formula gives, which stands for another table; no file states it."""
+
+    share: str
+    """Formula in x, y, z and the depth d, in mm."""
+    between: tuple[float, float]
+    """Values of the formula at which the weight is 0 and 1."""
+    within_values: tuple[float, float]
+    """Lowest and highest value that it may have in the lattice."""
+    quantity: str
+    """Noun for messages."""
+    stated_by: str
+    """Key of that table."""
+
+    def key(self, number: int) -> str:  # noqa: ARG002  the name of a table has no number
+        """Key of the table."""
+        return self.stated_by

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,12 +9,12 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.values.formula import parse_formula
 from gradedesign.common.values.locate import Where, locating
-from gradedesign.errors import CaseError
+from gradedesign.errors import CaseError, DensityError
 from gradedesign.geometry.fields.algebra import gradient
 from gradedesign.geometry.lattice.component import Component
 from gradedesign.geometry.lattice.component_kind import ComponentKind, ComponentPlace, Made
 from gradedesign.geometry.lattice.formula_density import formula_field
-from gradedesign.geometry.lattice.zone_schema import ZoneSpec
+from gradedesign.geometry.lattice.zone_schema import WeightedZone, ZoneSpec
 from gradedesign.geometry.part.part import Part
 from gradedesign.geometry.part.place import place_distance
 from gradedesign.geometry.part.signed_distance import region_distance
@@ -34,53 +33,70 @@ class Zones(Component):
     ----------
     names : tuple of str
         ``(Z,)``.
+    keys : tuple of str
+        In the case file, of every zone but the first.
     widths : tuple of float, mm
         Of the transition of every zone but the first.
-    borders : tuple of callable
-        Distance from the border of every zone but the first, points ``(3, ...)`` mm to ``(...)``
-        mm, negative inside.
+    shares : tuple of callable
+        Weight that every zone but the first takes from those before it, 0 to 1, at points
+        ``(3, ...)`` mm.
+    formulas : tuple of (callable, WeightedZone)
+        Formulas that weights follow, points to ``(...)``, and their zones.
     """
 
     names: tuple[str, ...]
+    keys: tuple[str, ...]
     widths: tuple[float, ...]
-    borders: tuple[Field, ...]
+    shares: tuple[Field, ...]
+    formulas: tuple[tuple[Field, WeightedZone], ...] = ()
 
     def weights(self, points: FloatArray) -> FloatArray:
         """Weights at points ``(3, ...)`` mm, ``(Z, ...)``, each from 0 to 1, together 1.
 
         Over a transition, which lies to equal parts on both sides of a zone's border, its weight
-        rises by ``3 s^2 - 2 s^3``. A zone takes its weight from those before it.
+        rises by ``3 s^2 - 2 s^3``, or follows a formula.
         """
         points = np.asarray(points, dtype=np.float64)
         values = np.zeros((len(self.names), *points.shape[1:]))
         values[0] = 1.0
-        for k, (border, width) in enumerate(zip(self.borders, self.widths, strict=True), start=1):
-            s = np.clip(0.5 - border(points) / width, 0.0, 1.0)
-            share = s * s * (3 - 2 * s)
+        for k, share_of in enumerate(self.shares, start=1):
+            share = share_of(points)
             values[:k] *= 1 - share
             values[k] = share
         return values
 
 
-def require_zones_used(where: Where, names: Sequence[str], weights: FloatArray) -> None:
-    """Refuse a zone that no place of the lattice lies in, and places where three would mix.
+def require_zones_used(where: Where, zones: Zones, points: FloatArray) -> FloatArray:
+    """Refuse an empty zone, places where three would mix, and weights beyond what they may be.
+
+    A row of zones for the values of a parameter may be wider than what the lattice has of them.
 
     Parameters
     ----------
     where : Where
-    names : sequence of str
-    weights : (Z, n) array
-        At points that fill the lattice.
+    zones : Zones
+    points : (3, n) array, mm
+        That fill the lattice.
+
+    Returns
+    -------
+    (Z, n) array
+        Weights there.
 
     Raises
     ------
-    CaseError
+    CaseError, DensityError
     """
+    for formula, zone in zones.formulas:
+        _require_values(where(zone.stated_by), formula, zone, points)
+    names, weights = zones.names, zones.weights(points)
     for k in range(1, len(names)):
-        if not (weights[k] > 0.5).any():
+        # A weight that a formula gives may be small everywhere.
+        least = 0.0 if zones.formulas else 0.5
+        if not (len(zones.formulas) > 1 or (weights[k] > least).any()):
             raise CaseError(
-                f"{where(f'zone[{k - 1}]')}: no place of the lattice lies in it; expected one that "
-                f"covers some cells: is its place in mm, and not covered by a later zone?"
+                f"{where(zones.keys[k - 1])}: no place of the lattice lies in it; expected one "
+                f"that covers some cells: is its place in mm, and not covered by a later zone?"
             )
     mixed = (weights > 0).sum(axis=0) > 2
     if mixed.any():
@@ -90,6 +106,23 @@ def require_zones_used(where: Where, names: Sequence[str], weights: FloatArray) 
             f"{where('zone')}: the transitions of {', '.join(present)} overlap in "
             f"{mixed.mean():.1%} of the lattice, and only two cells can mix; move the zones apart "
             f"or make their transitions shorter"
+        )
+    return weights
+
+
+def _require_values(key: str, formula: Field, zone: WeightedZone, points: FloatArray) -> None:
+    """Refuse a formula that leaves its values in the lattice."""
+    values = np.broadcast_to(formula(points), points.shape[1:])
+    low, high = zone.within_values
+    slack = 1e-9 * (high - low)
+    wrong = ~((values >= low - slack) & (values <= high + slack))
+    if wrong.any():
+        off = np.nan_to_num(np.maximum(values - high, low - values), nan=np.inf)
+        at = int(np.argmax(off))
+        x, y, z = points[:, at]
+        raise DensityError(
+            f"{key}: the {zone.quantity} is {values[at]:.4g} at ({x:.4g}, {y:.4g}, {z:.4g}) mm; "
+            f"expected {low:g} to {high:g} everywhere in the lattice; change the formula"
         )
 
 
@@ -104,12 +137,44 @@ def _make(place: ComponentPlace) -> Made:
     if not place.zone:
         return (), ()
     size = place.lattice.cell_size
+    widths = tuple(_width(place.where, z, k, size) for k, z in enumerate(place.zone))
+    formulas = {
+        k: (_formula(place, z.share, z.stated_by), z)
+        for k, z in enumerate(place.zone)
+        if isinstance(z, WeightedZone)
+    }
     zones = Zones(
         names=("lattice", *(z.name or f"zone {k}" for k, z in enumerate(place.zone, start=1))),
-        widths=tuple(_width(place.where, z, k, size) for k, z in enumerate(place.zone)),
-        borders=tuple(_border(place, z, k) for k, z in enumerate(place.zone)),
+        keys=tuple(z.key(k) for k, z in enumerate(place.zone)),
+        widths=widths,
+        shares=tuple(
+            _clipped(*formulas[k]) if k in formulas else _rising(_border(place, z, k), width)
+            for k, (z, width) in enumerate(zip(place.zone, widths, strict=True))
+        ),
+        formulas=tuple(formulas.values()),
     )
     return (zones,), ()
+
+
+def _formula(place: ComponentPlace, text: str, key: str) -> Field:
+    with locating(place.where, key):
+        return formula_field(parse_formula(text), place.distance)
+
+
+def _rising(border: Field, width: float) -> Field:
+    """Weight that rises over a width, mm, about the border of a zone."""
+
+    def share(points: FloatArray) -> FloatArray:
+        s = np.clip(0.5 - border(points) / width, 0.0, 1.0)
+        return np.asarray(s * s * (3 - 2 * s))
+
+    return share
+
+
+def _clipped(formula: Field, zone: WeightedZone) -> Field:
+    """Weight from a formula; what it has outside the part is cut off at 0 and 1."""
+    none, whole = zone.between
+    return lambda points: np.clip((formula(points) - none) / (whole - none), 0.0, 1.0)
 
 
 def _width(where: Where, zone: ZoneSpec, number: int, size: float) -> float:
@@ -138,8 +203,7 @@ def _border(place: ComponentPlace, zone: ZoneSpec, number: int) -> Field:
 def _formula_border(place: ComponentPlace, zone: ZoneSpec, number: int) -> Field:
     """Value of a formula over the length of its gradient: a distance to first order, mm."""
     key = f"zone[{number}].formula"
-    with locating(place.where, key):
-        value = formula_field(parse_formula(zone.formula or ""), place.distance)
+    value = _formula(place, zone.formula or "", key)
     step = _STEP * place.lattice.cell_size
 
     def border(points: FloatArray) -> FloatArray:
