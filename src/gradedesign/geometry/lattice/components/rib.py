@@ -86,7 +86,7 @@ class Rib(SolidComponent):
     def facts(self) -> Mapping[str, Any]:
         """Its plane, its thickness and the volume that it holds."""
         return {
-            "name": self.name,
+            "name": self.name.strip("'"),
             "point_mm": self.point.tolist(),
             "normal": self.normal.tolist(),
             "thickness_mm": self.thickness,
