@@ -371,7 +371,7 @@ OF_CHECK = (
       'did you mean "cell" or "size"?'),
     M('size = "8 mm"', "size = \"8 mm\"\nthickness = \"1 mm\"", "lattice.thickness",
       "unknown key",
-      "but [lattice.skin] has thickness and [print.limits] has thickness: write it there"),
+      "but [lattice.skin] has thickness and [lattice.rib] has thickness: write it there"),
     M('size = "8 mm"', "size = \"8 mm\"\nlaw = \"Gibson-Ashby\"", "lattice.law",
       "no law named 'Gibson-Ashby'", 'did you mean "gibson-ashby"?'),
     M('size = "8 mm"', "size = \"8 mm\"\nlaw = {stiffness = {c = 1.0, n = 2.0}}", "lattice.law",
