@@ -35,6 +35,7 @@ from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.lattice.local_level import local_level
 from gradedesign.geometry.lattice.parameter_map_schema import ParameterMapSpec
 from gradedesign.geometry.lattice.transition_schema import TransitionSpec
+from gradedesign.geometry.lattice.zone_schema import ZoneSpec
 
 #: The weight of a second family is kept on a grid with this many nodes per cell. Chosen, not
 #: measured.
@@ -54,36 +55,51 @@ def stated_cells(case: Case, registry: Registry) -> Cells:
         If two families have no density in common, or no density gives walls thick enough.
     """
     spec = case.lattice
+    least = None if case.print is None else case.print.min_wall
     if spec.parameter_map is not None:
-        return _with_floor(case, _incremented(case, registry, spec.parameter_map))
+        return _with_floor(
+            least,
+            spec.cell_size,
+            case.where,
+            _incremented(spec, spec.parameter_map, registry, case.where),
+        )
     first = _calibrated(case.where, registry, "lattice", spec.cell, spec.parameters)
     if case.zone:
-        return _with_floor(case, _in_zones(case, registry, first))
+        zoned = _in_zones(spec, case.zone, registry, case.where, first)
+        return _with_floor(least, spec.cell_size, case.where, zoned)
     if spec.transition is None:
-        return _with_floor(case, single(first))
+        return _with_floor(least, spec.cell_size, case.where, single(first))
     second = spec.transition
     key = "lattice.transition"
     other = _calibrated(case.where, registry, key, second.cell, second.parameters)
     with locating(case.where, key):
-        return _with_floor(case, cell_pair(first, other, scale=_scale(second)))
+        return _with_floor(
+            least, spec.cell_size, case.where, cell_pair(first, other, scale=_scale(second))
+        )
 
 
-def _in_zones(case: Case, registry: Registry, first: Cell) -> Cells:
+def _in_zones(
+    lattice: LatticeSpec,
+    zones: Sequence[ZoneSpec],
+    registry: Registry,
+    where: Where,
+    first: Cell,
+) -> Cells:
     """The cell of the lattice and, if zones have one, another."""
     cells = [first]
-    for k in range(len(case.zone)):
-        own, _ = zone_lattice(case.lattice, case.zone[k], k, case.where)
-        cells.append(_calibrated(case.where, registry, f"zone[{k}]", own.cell, own.parameters))
+    for k, zone in enumerate(zones):
+        own, _ = zone_lattice(lattice, zone, k, where)
+        cells.append(_calibrated(where, registry, f"zone[{k}]", own.cell, own.parameters))
     members = tuple(dict.fromkeys(cells))
     if len(members) > 2:
         raise CaseError(
-            f"{case.where('zone')}: found {len(members)} different cells; where the density is "
+            f"{where('zone')}: found {len(members)} different cells; where the density is "
             f"stated two can pass into each other; take one cell in all zones, or density = "
             f"[lowest, highest]"
         )
     if len(members) == 1:
         return single(first)
-    with locating(case.where, "zone"):
+    with locating(where, "zone"):
         return cell_pair(*members)
 
 
@@ -102,25 +118,26 @@ def _share_of_second(stated: Sequence[LatticeSpec], first: Cell, zones: Zones) -
     return lambda points: weights_of_cells(number, zones.weights(points))[1]
 
 
-def _with_floor(case: Case, cells: Cells) -> Cells:
-    """The cells above the density whose walls can be printed."""
-    least = None if case.print is None else case.print.min_wall
+def _with_floor(least: float | None, size: float, where: Where, cells: Cells) -> Cells:
+    """The cells above the density whose walls can be printed, ``least`` mm thick."""
     if least is None:
         return cells
-    with locating(case.where, "print.min_wall"):
-        floors = [density_for_wall(c, least, case.lattice.cell_size) for c in cells.members]
+    with locating(where, "print.min_wall"):
+        floors = [density_for_wall(c, least, size) for c in cells.members]
     return replace(cells, window=(max(cells.window[0], *floors), cells.window[1]))
 
 
-def _incremented(case: Case, registry: Registry, spec: ParameterMapSpec) -> Cells:
+def _incremented(
+    lattice: LatticeSpec, spec: ParameterMapSpec, registry: Registry, where: Where
+) -> Cells:
     """One family at the increments of a parameter."""
-    with locating(case.where, "lattice.cell"):
-        family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
-    with locating(case.where, "lattice.parameters"):
-        complete_parameters(family, case.lattice.parameters)
-    with locating(case.where, "lattice.parameter_map.parameter"):
+    with locating(where, "lattice.cell"):
+        family: CellFamily = lookup(registry, "cell_families", lattice.cell)
+    with locating(where, "lattice.parameters"):
+        complete_parameters(family, lattice.parameters)
+    with locating(where, "lattice.parameter_map.parameter"):
         return cell_increments(
-            family, case.lattice.parameters, spec.parameter, spec.values, spec.increments
+            family, lattice.parameters, spec.parameter, spec.values, spec.increments
         )
 
 
@@ -155,7 +172,9 @@ def placed_cells(
         measures = {"parameter": name, "values": [c.parameters[name] for c in cells.members]}
     elif spec.transition is not None:
         with locating(case.where, "lattice.transition.weight"):
-            share = partial(evaluate, _weight_grid(case, spec.transition, domain))
+            share = partial(
+                evaluate, _weight_grid(spec.transition, domain, spec.cell_size, case.run.memory)
+            )
         with locating(case.where, "lattice.transition"):
             cells, measures = _joined(cells, spec.transition, least_density(density))
     elif len(cells.members) > 1:
@@ -224,17 +243,19 @@ def _levelled(
     }
 
 
-def _weight_grid(case: Case, spec: TransitionSpec, domain: DesignDomain) -> DensityGrid:
+def _weight_grid(
+    spec: TransitionSpec, domain: DesignDomain, size: float, memory: int
+) -> DensityGrid:
     """Weight of the second cell of a transition."""
     return sample_density(
         formula_field(parse_formula(spec.weight), domain.distance),
         domain.distance,
         domain.lower,
         domain.upper,
-        spacing=case.lattice.cell_size / _WEIGHT_NODES_PER_CELL,
+        spacing=size / _WEIGHT_NODES_PER_CELL,
         window=(0.0, 1.0),
         quantity="weight of the transition",
-        memory_limit_bytes=case.run.memory,
+        memory_limit_bytes=memory,
     )
 
 

@@ -11,10 +11,10 @@ from gradedesign.design.case.schema import Case
 from gradedesign.errors import CaseError
 from gradedesign.geometry.formats.vtu_fields import read_vtu_field
 from gradedesign.geometry.lattice.density_grid import DensityGrid
-from gradedesign.geometry.lattice.density_map_schema import DensityMapSpec
 from gradedesign.geometry.lattice.density_source import DensitySource, sample_density
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.formula_density import formula_field
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.lattice.point_cloud import point_density, read_points, remap_points
 from gradedesign.geometry.lattice.tet_density import tet_density
 from gradedesign.geometry.lattice.voxel_density import (
@@ -71,7 +71,7 @@ def stated_density(
         key = written if written in case.lines else "lattice.density"
     with locating(case.where, key):
         if source is None:
-            source = _source(case, spec.density_map, domain)
+            source = _source(spec, domain, case.run.memory)
         return sample_density(
             source,
             domain.distance,
@@ -92,13 +92,9 @@ def _require_floor(density: float, window: tuple[float, float]) -> None:
         )
 
 
-def _source(
-    case: Case,
-    spec: DensityMapSpec | None,
-    domain: DesignDomain,
-) -> DensitySource:
+def _source(lattice: LatticeSpec, domain: DesignDomain, memory: int) -> DensitySource:
     """Read the density source that the map names."""
-    size, memory = case.lattice.cell_size, case.run.memory
+    spec, size = lattice.density_map, lattice.cell_size
     if spec is None:
         raise CaseError("there is neither a density nor a map")
     if spec.formula is not None:
@@ -137,4 +133,4 @@ def _source(
     start, edges = place_voxels(
         raw.shape, domain.lower, domain.upper, voxel_size=spec.voxel_size, origin=spec.origin
     )
-    return voxel_density(densities(raw, case.lattice.stated_range), start, edges)
+    return voxel_density(densities(raw, lattice.stated_range), start, edges)

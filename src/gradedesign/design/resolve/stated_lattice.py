@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from gradedesign.common.system.progress import report_step
+from gradedesign.common.values.locate import Where
 from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.component_place import component_place
 from gradedesign.design.resolve.fitting_part import installed_part
@@ -30,6 +31,7 @@ from gradedesign.geometry.lattice.lattice import LatticeDesign
 from gradedesign.geometry.lattice.part_room import require_cells_fit, require_lattice_left
 from gradedesign.geometry.lattice.placed_map import lattice_points
 from gradedesign.geometry.part.part import Part
+from gradedesign.mechanics.limits.limits_schema import LimitsSpec
 from gradedesign.mechanics.material.material import Material
 
 
@@ -139,19 +141,19 @@ def stated_lattice(
         transition=transition,
         warnings=(
             *case.warnings,
-            *_unjudged(case),
+            *_unjudged(case.limits, case.where),
             *part.report.warnings,
             *domain.notes,
         ),
     )
 
 
-def _unjudged(case: Case) -> tuple[str, ...]:
+def _unjudged(limits: LimitsSpec, where: Where) -> tuple[str, ...]:
     """Say that limits which stand in the case are not judged."""
-    if case.limits.empty:
+    if limits.empty:
         return ()
     return (
-        f"{case.where('limits')}: not judged: the density is stated, so the run ends with its "
+        f"{where('limits')}: not judged: the density is stated, so the run ends with its "
         f"lattice; density = [lowest, highest] has the lightest one found, and two equal numbers "
         f"that density judged",
     )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.design.case.schema import Case
+from gradedesign.design.printing.print_schema import PrintSpec
 from gradedesign.design.resolve.lattice_files import chord_tolerance
 from gradedesign.design.resolve.stated_lattice import StatedLattice
 from gradedesign.geometry.cell.cells import Cells
@@ -57,7 +57,9 @@ def density_warnings(
     missed = printed - target
     if abs(missed) <= VOLUME_ERROR * target + np.ptp(targets):
         return ()
-    causes = _causes(case, slabs[0], wall, beside, (target, field, printed))
+    causes = _causes(
+        case.lattice.cell_size, case.print, slabs[0], wall, beside, (target, field, printed)
+    )
     share = {name: value / missed for name, value in causes.items()}
     told = sorted((name for name in share if share[name] > _TOLD), key=lambda name: -share[name])
     because = {
@@ -67,7 +69,7 @@ def density_warnings(
             "disconnected components of the lattice were left out (a higher density, or a skin "
             "that holds them, keeps them)"
         ),
-        "contour": _of_contour(case, slabs[0].measured_on, wall),
+        "contour": _of_contour(case.print, slabs[0].measured_on, wall),
     }
     why = ", ".join(f"{causes[name] / target:+.1%} since {because[name]}" for name in told)
     key = "lattice.density_map" if case.lattice.density_map is not None else "lattice.density"
@@ -79,7 +81,8 @@ def density_warnings(
 
 
 def _causes(
-    case: Case,
+    cell_size: float,
+    printer: PrintSpec | None,
     slabs: SlabDensities,
     wall: float,
     beside: BesideCells,
@@ -91,7 +94,9 @@ def _causes(
     if abs(of_cells) <= FIELD_ERROR:
         # The points do not tell the two apart; walls that the grid can draw are drawn.
         both = of_cells + of_contour
-        of_cells, of_contour = (0.0, both) if _coarse(case, slabs, wall) else (both, 0.0)
+        of_cells, of_contour = (
+            (0.0, both) if _coarse(cell_size, printer, slabs, wall) else (both, 0.0)
+        )
     return {
         "cells": of_cells,
         "joints": beside.joints,
@@ -100,12 +105,12 @@ def _causes(
     }
 
 
-def _coarse(case: Case, slabs: SlabDensities, wall: float) -> bool:
+def _coarse(cell_size: float, printer: PrintSpec | None, slabs: SlabDensities, wall: float) -> bool:
     """Whether walls are too thin for the layers, the stated triangles or the finest first grid."""
-    finest = first_step(case.lattice.cell_size, 0.0)
+    finest = first_step(cell_size, 0.0)
     return (
         slabs.measured_on == "layers"
-        or chord_tolerance(case.print) is not None
+        or chord_tolerance(printer) is not None
         or wall < STEPS_PER_WALL * finest
     )
 
@@ -132,14 +137,14 @@ def _of_cells(cells: Cells, domain: DesignDomain) -> str:
     )
 
 
-def _of_contour(case: Case, measured_on: str, wall: float) -> str:
+def _of_contour(printer: PrintSpec | None, measured_on: str, wall: float) -> str:
     """Why the surface, or the layers, hold more or less than the field, and what helps."""
     if measured_on == "layers":
         return (
             f"layers and pixels are too coarse for walls of {wall:.3g} mm (a smaller [print] "
             f"pixel_size or layer_height, larger cells or a higher density comes closer)"
         )
-    if chord := chord_tolerance(case.print):
+    if chord := chord_tolerance(printer):
         return (
             f"triangles were merged within [print] chord_tolerance, {chord:g} mm, on walls of "
             f"{wall:.3g} mm (a smaller one comes closer)"

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from gradedesign.design.acceptance.body import void_warnings
-from gradedesign.design.case.schema import Case
-from gradedesign.design.loop.stated_print import StatedPrint
+from gradedesign.design.loop.stated_print import StatedPrint, SurfaceMeasures
+from gradedesign.design.printing.print_schema import PrintSpec
 from gradedesign.design.resolve.outer_triangles import outer_data
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.stated_lattice import StatedLattice
@@ -17,7 +17,7 @@ from gradedesign.design.verdict.common import library_versions, material_data
 from gradedesign.design.verdict.density_warnings import BesideCells, density_warnings
 from gradedesign.design.verdict.printable import thickness_data, with_print_limits
 from gradedesign.design.verdict.result import RunResult
-from gradedesign.geometry.contour.islands import Islands, islands_words
+from gradedesign.geometry.contour.islands import islands_words
 from gradedesign.geometry.lattice.joint_volume import joint_volume
 from gradedesign.geometry.lattice.printed_surface import VOLUME_ERROR
 from gradedesign.geometry.lattice.slab_density import SlabDensities, total
@@ -44,7 +44,7 @@ def stated_result(registry: Registry, stated: StatedLattice, made: StatedPrint) 
         *islands_words(made.dropped, loose),
         *_mix_warnings(stated.transition),
         *density_warnings(stated, slabs, beside),
-        *((_NO_SURFACE,) if surface is None else _void_warnings(case, surface.islands, volume)),
+        *_surface_warnings(case.print, surface, volume),
     )
     on = slabs[0].measured_on
     density: dict[str, Any] = {
@@ -92,10 +92,15 @@ def stated_result(registry: Registry, stated: StatedLattice, made: StatedPrint) 
     return with_print_limits(result, case.print, printability, material)
 
 
-def _void_warnings(case: Case, islands: Islands, volume: float) -> tuple[str, ...]:
-    """A warning on closed voids; with ``[print]`` the check of printability says more."""
-    if case.print is not None:
+def _surface_warnings(
+    printer: PrintSpec | None, surface: SurfaceMeasures | None, volume: float
+) -> tuple[str, ...]:
+    """Warnings on closed voids, of which the check of ``[print]`` says more, or on no surface."""
+    if surface is None:
+        return (_NO_SURFACE,)
+    if printer is not None:
         return ()
+    islands = surface.islands
     return tuple(void_warnings(islands.pockets, islands.pocket_volume, volume))
 
 
