@@ -289,17 +289,19 @@ def api() -> Iterator[str]:
 
 
 def rooms() -> Iterator[str]:
-    """The rooms in the order in which they may import each other, with their first line."""
+    """The rooms in the order in which they may import each other: what they hold, their doors."""
     tree = ast.parse((ROOT / "tests" / "test_architecture.py").read_text(encoding="utf-8"))
     (order,) = (
         ast.literal_eval(node.value)
         for node in tree.body
         if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "ROOMS"
     )
-    yield "| Room | Content |\n|---|---|"
+    yield "| Room | Content | Door |\n|---|---|---|"
     for name in order:
         path = ROOT / "src" / "gradedesign" / name
         path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
         if path.is_file():
             words = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
-            yield f"| `{name}` | {_sentence(words.partition(chr(10))[0])} |"
+            first, _, rest = words.partition("\n")
+            door = rest.partition("Door: ")[2].partition("\n\n")[0].replace("\n", " ")
+            yield f"| `{name}` | {_sentence(first)} | {door} |"

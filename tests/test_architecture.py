@@ -155,6 +155,33 @@ def test_every_room_says_what_it_is():
     assert sorted({p.parent for p in MODULES if p.parent.parent.parent == SOURCE}) == sorted(rooms)
 
 
+def crossing_names():
+    """Names that a room defines and files of other rooms import, by room."""
+    found = {room: set() for room in ROOMS if "/" in room}
+    for path in MODULES:
+        for node in ast.walk(parsed(path)):
+            if isinstance(node, ast.ImportFrom) and node.module.startswith("gradedesign."):
+                room = room_of(node.module.split(".")[1:])
+                if room in found and room != place(path):
+                    found[room] |= {alias.name for alias in node.names}
+    return found
+
+
+#: Names that cross the walls of rooms: fewer is a house understood sooner. Lower it where it falls.
+CROSSING = 1019
+
+
+def test_rooms_have_doors_and_few_other_names_cross_their_walls():
+    """A room's docstring names what it is understood by; the rest is for its neighbours."""
+    crossing = crossing_names()
+    for room, names in crossing.items():
+        _, _, door = ast.get_docstring(parsed(SOURCE / room / "__init__.py")).partition("Door: ")
+        listed = re.findall(r"`(\w+)`", door.partition("\n\n")[0])
+        assert 1 <= len(listed) <= 8, room
+        assert [name for name in listed if name not in names] == [], room
+    assert sum(map(len, crossing.values())) <= CROSSING
+
+
 def test_the_order_of_the_test_sees_an_upward_import(tmp_path):
     wrong = tmp_path / "x.py"
     wrong.write_text(

@@ -1,1 +1,4 @@
-"""The case file: all its tables, read and checked together."""
+"""The case file: all its tables, read and checked together.
+
+Door: `Case`, `RunSpec`, `read_case`.
+"""

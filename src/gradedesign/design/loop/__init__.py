@@ -1,1 +1,4 @@
-"""The design loop: size, build, analyse, learn, accept, end."""
+"""The design loop: size, build, analyse, learn, accept, end.
+
+Door: `DesignIteration`, `Stages`, `run_loop`, `Accepted`, `Announcer`.
+"""

@@ -1,1 +1,4 @@
-"""From the names of a case to records: cells, laws, part, loads, limits, the design problem."""
+"""From the names of a case to records: cells, laws, part, loads, limits, the design problem.
+
+Door: `Plan`, `DesignModel`, `Registry`, `StatedLattice`, `lookup`.
+"""

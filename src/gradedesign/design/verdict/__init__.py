@@ -1,1 +1,4 @@
-"""The result of a run: its record and its words."""
+"""The result of a run: its record and its words.
+
+Door: `RunResult`, `Shown`, `as_json`, `from_json`.
+"""

@@ -1,1 +1,4 @@
-"""File formats of surfaces and fields, one file a format, read and written."""
+"""File formats of surfaces and fields, one file a format, read and written.
+
+Door: `Exporter`, `PrintedLattice`, `PlannedPrint`, `FieldSet`.
+"""

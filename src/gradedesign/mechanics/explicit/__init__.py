@@ -1,1 +1,5 @@
-"""Explicit analyses of a printed solid: their protocol, the built-in one, their measures."""
+"""Explicit analyses of a printed solid: their protocol, the built-in one, their measures.
+
+Door: `ExplicitAnalysis`, `ExplicitResult`, `PrintedSolid`, `PlannedSolid`, `SolvedSolid`,
+`FINITE_CELLS`, `Correction`.
+"""

@@ -1,1 +1,4 @@
-"""Effective properties of periodic cells: stiffness, strength, buckling, walls of few cells."""
+"""Effective properties of periodic cells: stiffness, strength, buckling, walls of few cells.
+
+Door: `CellProperties`, `computed_law`, `mix_factors`.
+"""

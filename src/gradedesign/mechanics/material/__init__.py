@@ -1,1 +1,4 @@
-"""Materials, and laws of stiffness and strength over relative density."""
+"""Materials, and laws of stiffness and strength over relative density.
+
+Door: `Material`, `ScalingLaw`, `LawField`, `PropertyTable`, `power_law`.
+"""

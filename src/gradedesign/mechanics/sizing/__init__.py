@@ -1,1 +1,5 @@
-"""The homogenised part and its optimiser: densities that meet every limit."""
+"""The homogenised part and its optimiser: densities that meet every limit.
+
+Door: `HomogenisedModel`, `homogenised_system`, `SolvedState`, `SizingResult`, `DensityFilter`,
+`total_mass`.
+"""

@@ -1,1 +1,4 @@
-"""Sparse algebra of elasticity: conjugate gradients, multigrid, direct and eigenvalue solvers."""
+"""Sparse algebra of elasticity: conjugate gradients, multigrid, direct and eigenvalue solvers.
+
+Door: `LinearSolver`, `EigenSolver`, `LinearSystem`, `LinearAnswer`, `free_modes`.
+"""

@@ -1,4 +1,7 @@
-"""The commands: the only place that prints, catches broadly or exits."""
+"""The commands: the only place that prints, catches broadly or exits.
+
+Door: `main`.
+"""
 
 from __future__ import annotations
 

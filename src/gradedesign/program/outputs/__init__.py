@@ -1,1 +1,4 @@
-"""Files of a finished run: result, report, fields, pictures."""
+"""Files of a finished run: result, report, fields, pictures.
+
+Door: `Output`, `write_outputs`, `finished_result`.
+"""

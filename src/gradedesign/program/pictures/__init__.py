@@ -1,1 +1,4 @@
-"""Pictures: scenes, marks and drawing."""
+"""Pictures: scenes, marks and drawing.
+
+Door: `picture_loads`, `picture_lattice`, `action_marks`.
+"""

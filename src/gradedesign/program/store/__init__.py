@@ -1,1 +1,4 @@
-"""The run folder: one run at a time, every file accounted for, stages to resume from."""
+"""The run folder: one run at a time, every file accounted for, stages to resume from.
+
+Door: `RunFolder`, `open_stages`, `default_folder`.
+"""
