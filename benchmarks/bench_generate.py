@@ -1,4 +1,4 @@
-"""``gradedesign generate`` of gyroid sheet cells in a box, beside VTK's flying edges.
+"""``gradedesign run`` of gyroid sheet cells of stated density in a box, beside VTK's flying edges.
 
     python benchmarks/bench_generate.py [--cells 5 10] [--peer PYTHON]
 

@@ -3,7 +3,7 @@
 ``python benchmarks/bench_net_skin.py [cell ...]``: the job that Aremu et al. (2017, table 2) time
 on a Moebius knot of 511 x 480 x 299 voxels with cells of 30 voxels: 180.65 s for simple cubic and
 224.53 s for F2BCC. Here a trefoil knot of 51.1 x 48 x 29.9 mm (his is not published), cells of
-3 mm, layers of 0.1 mm, by ``gradedesign generate``; time and memory are those of the whole command.
+3 mm, layers of 0.1 mm, by ``gradedesign run``; time and memory are those of the whole command.
 Pixels have the published 0.1 mm. Those of F2BCC, whose struts are 0.27 mm thick, hold 6 % less than
 the field, the contours between them that the file holds 0.7 %.
 What was measured: ``bench_net_skin.md``.
