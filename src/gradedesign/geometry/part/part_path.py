@@ -8,7 +8,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from gradedesign.common.values.suggest import instead, listed, shown
 
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
-#: Argument of what reads a case; a command says its option, see `cli.options`.
+#: Argument of what reads a case; a command says its option, see `commands.options`.
 _ARGUMENT = "allow_outside=True"
 #: Suffixes of images, of which one stands for its stack.
 IMAGES = (".png", ".tif", ".tiff")
