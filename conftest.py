@@ -61,8 +61,11 @@ def cli(capsys):
 
     def call(*words):
         capsys.readouterr()
+        report = sys.unraisablehook
         with pytest.raises(SystemExit) as ended:
             main([str(word) for word in words])
+        # An interrupted command leaves it silent, since its process ends.
+        sys.unraisablehook = report
         printed = capsys.readouterr()
         code = ended.value.code
         return Ended(code if isinstance(code, int) else int(bool(code)), printed.out, printed.err)

@@ -9,10 +9,10 @@ from body_variants import loose_core
 from damaged_shapes import binary, box
 from small_parts import SHORT_BAR
 
-from gradedesign.design.resolve import lattice_files
 from gradedesign.geometry.formats.write_stl import write_stl
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.program.outputs import printed_files
 
 #: Two boxes side by side between two planes; a displacement that no density can hold, so that the
 #: run ends after its first iteration and exports what it found.
@@ -65,7 +65,7 @@ def disturbed_stl(path, surface, records):
 @pytest.mark.usefixtures("undrawn")
 def test_two_bodies_run_to_a_verdict(cli, folder, monkeypatch):
     with monkeypatch.context() as disturbing:
-        disturbing.setattr(lattice_files, "write_stl", disturbed_stl)
+        disturbing.setattr(printed_files, "write_stl", disturbed_stl)
         ended = cli("run", folder, "-o", folder / "run")
     assert ended.code == 5
     assert "lattice.stl changed after it was written" in " ".join(ended.err.split())

@@ -49,7 +49,7 @@ PLANNED = PlannedPart(
     latticed=60.0 * 40.0 * 40.0,
     solid=0.0,
     inclined=0.0,
-    skin=0.0,
+    inner=0.0,
     load_cases=1,
 )
 BLOCK = PlannedSolid(

@@ -436,7 +436,9 @@ def test_loading_that_takes_long_is_told(cli, monkeypatch, options):
 
     monkeypatch.setattr(run_module, "run", command)
     # The text is read before anything is loaded.
-    monkeypatch.setattr("gradedesign.program.commands.app.require_case_text", lambda *_, **__: None)
+    monkeypatch.setattr(
+        "gradedesign.design.case.read_case.require_case_text", lambda *_, **__: None
+    )
     ended = cli("run", "case", *options)
     told, silent = (ended.err, ended.out) if options else (ended.out, ended.err)
     lines = told.splitlines()

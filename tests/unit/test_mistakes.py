@@ -160,10 +160,15 @@ def test_every_key_of_the_schema_is_told_at_its_line(tmp_path):
 @pytest.mark.parametrize(
     ("command", "base"), [("check", CHECKED), ("run", CHECKED), ("run", STATED)]
 )
-@pytest.mark.parametrize("mistake", ["cell = ", 'cells = "'])
-def test_a_mistake_in_the_text_loads_nothing(command, base, mistake, tmp_path):
-    """Neither plugins nor what they, solvers and fields are made of; seconds: benchmarks."""
-    (tmp_path / "case.toml").write_text(base.replace('cell = "', f"{mistake}"))
+@pytest.mark.parametrize(
+    ("right", "mistake"), [('cell = "', "cell = "), ("[case]\nname", "[case]\nnames")]
+)
+def test_a_mistake_in_the_text_loads_nothing(command, base, right, mistake, tmp_path):
+    """Neither plugins nor what they, solvers and fields are made of; seconds: benchmarks.
+
+    An unknown key of [lattice] loads them: a component of a plugin may bring it.
+    """
+    (tmp_path / "case.toml").write_text(base.replace(right, mistake))
     script = (
         "import sys\n"
         "from gradedesign.program.commands import main\n"

@@ -240,7 +240,7 @@ def test_every_long_command_shows_progress():
         ("mechanics.fe._space_kernels", "number_edges"),
         ("mechanics.solver._multigrid_kernels", "_multiply _relax inverse_diagonal"),
         ("geometry.contour._marching_kernels", "count_slab march_slab"),
-        ("geometry.contour._side_kernels", "take_out_edges mark_beside touching"),
+        ("geometry.contour._side_kernels", "take_out_edges touching"),
         (
             "geometry.contour._surface_kernels",
             "unpaired_edges vertex_shells shell_volumes volumes_under",

@@ -31,6 +31,9 @@ _FIRST_STEP, _LAST_STEP = 0.25, 0.01
 _NO_USE = 1e-30
 #: Uses up to this are not worth the search: `_most` bounds them from above. Chosen, not measured.
 _NEGLIGIBLE = 0.01
+#: Uses of a stress as large as Young's modulus below this are rounding: cells buckle at less than
+#: that stress, and a use of nothing comes out as 5e-9.
+_ROUNDING = 1e-6
 #: Uses that differ by this share are equal: as exact as the search for the direction.
 _RTOL = 1e-3
 #: Densities at which the least resistance of a law is kept. Chosen, not measured.
@@ -75,6 +78,7 @@ def critical_long_waves(stiffness: FloatArray) -> FloatArray:
     """
     stress = np.concatenate([-np.eye(6), np.eye(6)], axis=1)
     use = _searched(stress, np.repeat(stiffness[:, :, None], 12, axis=2))
+    use[use < _ROUNDING] = 0.0
     with np.errstate(divide="ignore"):
         return np.asarray((1 / use).reshape(2, 6).T)
 

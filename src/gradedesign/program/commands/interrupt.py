@@ -76,7 +76,9 @@ def interruptible() -> Iterator[Interruption]:
         for number in before:
             signal.signal(number, signal.SIG_IGN)
         _repeat(0.0, 0.0)
-        sys.unraisablehook = report_lost
+        # What a request left half built may be freed as late as at the end of the process.
+        if not interruption.stop_requested:
+            sys.unraisablehook = report_lost
         for number, handler in before.items():
             # None is a handler of C code, which cannot be put back from here.
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
