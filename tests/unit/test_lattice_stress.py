@@ -227,6 +227,9 @@ def test_a_percentile_over_cells_mixes_the_stress_inside_them():
     # Another percentile than the surfaces' follows the same tail.
     other = replace(limit, percentile=99.0)
     assert measured(other, model, rho, [even]) == pytest.approx(one * 2 ** (-1 / power), rel=1e-7)
+    # All of the volume: the largest of the plain numbers, as no tail of a distribution ends.
+    whole = replace(limit, percentile=100.0)
+    assert measured(whole, model, rho, uneven) == pytest.approx(2 * one, rel=1e-7)
     # Where nothing is known of the inside of a cell, the most stressed cells stand for themselves.
     assert measured(limit, model_of(plain), rho, uneven) == pytest.approx(2 * one, rel=1e-7)
 

@@ -3,8 +3,8 @@
 Inside a cell local stress is distributed as its law knows. The percentile q is where the solid
 stressed more is what it leaves: ``sum w A(q / s) = (1 - p) sum w``, with the local stress s and the
 solid w of every tetrahedron, and A the share of the cell's solid above a multiple of s. It is a
-smooth root; its derivatives follow from that of the equation. Where no law knows a distribution the
-percentile is that of the plain numbers, and its derivatives are those of numbers with some spread,
+smooth root; its derivatives follow from that of the equation. Where no law knows a distribution, and
+at one hundred per cent, the percentile is that of the plain numbers, and its derivatives are those of numbers with some spread,
 scaled to it (as Le, Norato, Bruns, Ha and Tortorelli, Struct. Multidisc. Optim. 41, 2010, scale a
 norm to the largest value): the value jumps from element to element, a step of sizing must not.
 """
@@ -20,8 +20,8 @@ from gradedesign.arrays import FloatArray
 from gradedesign.mechanics.fe.stress import weighted_percentile
 from gradedesign.mechanics.material.law_field import LawField
 
-#: Percentile that stands for one hundred, which no smooth distribution reaches: one tetrahedron in
-#: a hundred thousand.
+#: Percentile from whose derivatives those at one hundred are scaled, which no smooth distribution
+#: reaches. Chosen, not measured.
 _ALL = 99.999
 
 
@@ -82,7 +82,7 @@ def volume_percentile(
         # So little of the lattice is stressed at all that the percentile finds no stress.
         return VolumePercentile(value=0.0, by_local=by_local, by_density=by_density)
     value = smooth = float(np.exp(brentq(excess, low, high, xtol=1e-12)))
-    if not law.knows_distribution:
+    if percentile >= 100.0 or not law.knows_distribution:
         value = weighted_percentile(some, weights, percentile)
     above, by_log, by_solid = among.volume_slopes(smooth / some, inside, beyond)
     falls = weights @ by_log
