@@ -3,10 +3,11 @@
 Inside a cell local stress is distributed as its law knows. The percentile q is where the solid
 stressed more is what it leaves: ``sum w A(q / s) = (1 - p) sum w``, with the local stress s and the
 solid w of every tetrahedron, and A the share of the cell's solid above a multiple of s. It is a
-smooth root; its derivatives follow from that of the equation. Where no law knows a distribution, and
-at one hundred per cent, the percentile is that of the plain numbers, and its derivatives are those of numbers with some spread,
-scaled to it (as Le, Norato, Bruns, Ha and Tortorelli, Struct. Multidisc. Optim. 41, 2010, scale a
-norm to the largest value): the value jumps from element to element, a step of sizing must not.
+smooth root; its derivatives follow from that of the equation. Where no law knows a distribution,
+and at one hundred per cent, the percentile is that of the plain numbers, and its derivatives are
+those of numbers with some spread, scaled to it (as Le, Norato, Bruns, Ha and Tortorelli, Struct.
+Multidisc. Optim. 41, 2010, scale a norm to the largest value): the value jumps from element to
+element, a step of sizing must not.
 """
 
 from __future__ import annotations
