@@ -13,7 +13,7 @@ from gradedesign.common.system.processor import settle_threads
 if TYPE_CHECKING:
     from gradedesign.common.system.npy_file import read_npy, read_npy_stream
     from gradedesign.common.system.progress import report_step
-    from gradedesign.common.system.threads import in_threads
+    from gradedesign.common.system.threads import in_ranges, in_threads
     from gradedesign.common.values.plugins_by_name import supplied_by
     from gradedesign.common.values.table import Table
     from gradedesign.common.values.value_types import Flag, Number, Quantity, Vector
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from gradedesign.geometry.formats.printed_lattice import PrintedLattice, SampledPrint
     from gradedesign.geometry.formats.read_back import require_read_back
     from gradedesign.geometry.formats.write_stl import float32_vertices
-    from gradedesign.geometry.lattice.beams import BeamLattice
     from gradedesign.geometry.lattice.component import CellComponent, CutComponent, SolidComponent
     from gradedesign.geometry.lattice.component_kind import (
         ComponentEntry,
@@ -45,9 +44,24 @@ if TYPE_CHECKING:
         ComponentPlace,
     )
     from gradedesign.geometry.lattice.components.net_skin import NetSkin, depths_of
-    from gradedesign.geometry.lattice.lattice import LatticeDesign, cell_gradient, lattice_field
+    from gradedesign.geometry.lattice.domain import DesignDomain
+    from gradedesign.geometry.lattice.lattice import (
+        LatticeDesign,
+        cell_gradient,
+        density_at,
+        lattice_field,
+    )
     from gradedesign.geometry.lattice.solid_layers import solid_layers
+    from gradedesign.geometry.lattice.trim import solid_surface
     from gradedesign.geometry.maps.cell_map import CellMap
+    from gradedesign.geometry.part.cut_bodies import (
+        Cutter,
+        PlacedBody,
+        closed_body,
+        cut_together,
+        meet,
+        without_cutters,
+    )
     from gradedesign.geometry.part.exact_surface import ExactSurface
     from gradedesign.geometry.part.file_body import FileBody
     from gradedesign.geometry.part.file_faces import FileFaces
@@ -111,7 +125,6 @@ __all__ = [
     "Analysis",
     "AnalysisEstimate",
     "AnisotropicStiffness",
-    "BeamLattice",
     "CaseError",
     "CellComponent",
     "CellFamily",
@@ -122,7 +135,9 @@ __all__ = [
     "ComponentKind",
     "ComponentPlace",
     "CutComponent",
+    "Cutter",
     "DensityError",
+    "DesignDomain",
     "Discretisation",
     "EigenProblem",
     "EigenSolver",
@@ -159,6 +174,7 @@ __all__ = [
     "Output",
     "PartError",
     "PartReader",
+    "PlacedBody",
     "PlacedModel",
     "PlannedPrint",
     "PlannedSolid",
@@ -191,16 +207,21 @@ __all__ = [
     "as_multiple",
     "cell_gradient",
     "checked_values",
+    "closed_body",
     "cubic_law",
     "cubic_table_law",
+    "cut_together",
+    "density_at",
     "depths_of",
     "distance_grid",
     "float32_vertices",
     "hookimpl",
     "in_number",
+    "in_ranges",
     "in_threads",
     "lattice_field",
     "load_case",
+    "meet",
     "nearest_on_triangle",
     "power_law",
     "raw_triangles",
@@ -216,9 +237,11 @@ __all__ = [
     "shipped_laws",
     "slices_with",
     "solid_layers",
+    "solid_surface",
     "stated_words",
     "supplied_by",
     "tabulated_law",
+    "without_cutters",
 ]
 
 #: Where the public names live; they are imported when first asked for, so that a command or a
@@ -227,11 +250,13 @@ _HOMES = {
     "program.host.read_case": "load_case",
     "mechanics.limits.limits_schema": "Allowed LimitEntry SolidMultiple as_multiple in_number "
     "stated_words",
-    "geometry.lattice.beams": "BeamLattice",
     "geometry.lattice.component": "CellComponent CutComponent SolidComponent",
     "geometry.lattice.component_kind": "ComponentEntry ComponentKind ComponentPlace",
     "geometry.lattice.components.net_skin": "NetSkin depths_of",
-    "geometry.lattice.lattice": "LatticeDesign cell_gradient lattice_field",
+    "geometry.lattice.domain": "DesignDomain",
+    "geometry.lattice.lattice": "LatticeDesign cell_gradient density_at lattice_field",
+    "geometry.lattice.trim": "solid_surface",
+    "geometry.part.cut_bodies": "Cutter PlacedBody closed_body cut_together meet without_cutters",
     "geometry.lattice.solid_layers": "solid_layers",
     "geometry.contour.sample": "checked_values",
     "mechanics.limits.analysis": "Analysis",
@@ -286,7 +311,7 @@ _HOMES = {
     "PlannedSolid Resolution SolvedSolid StressSample SurfaceFields VolumeFields",
     "mechanics.explicit.printed_solid": "PrintedSolid",
     "common.system.progress": "report_step",
-    "common.system.threads": "in_threads",
+    "common.system.threads": "in_ranges in_threads",
 }
 # Before anything imports numba, which reads its settings once.
 settle_threads()

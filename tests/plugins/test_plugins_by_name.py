@@ -135,9 +135,11 @@ BOX = 'box = ["10 mm", "5 mm", "5 mm"]'
         (BOX, "lattice.cell: no cell family named 'octet'; install the plugin "
          "gradedesign-cells-strut"),
         ('file = "block.stp"', 'found "block.stp", which no installed reader takes; install the '
-         "plugin gradedesign-step; or export it as STL or 3MF"),
+         "plugin gradedesign-step; or export it as STL"),
         ('file = "block.obj"', 'found "block.obj", which no installed reader takes; install the '
-         "plugin gradedesign-formats; or export it as STL or 3MF"),
+         "plugin gradedesign-formats; or export it as STL"),
+        ('file = "block.3mf"', 'found "block.3mf", which no installed reader takes; install the '
+         "plugin gradedesign-formats; or export it as STL"),
         ('file = "scan.nrrd"\n[part.voxels]\nthreshold = 3',
          "case.toml:5: part.voxels: unknown key; install the plugin gradedesign-volumes"),
         ('file = "scan.nrrd"', 'found "scan.nrrd", which no installed reader takes; install the '
@@ -150,11 +152,11 @@ BOX = 'box = ["10 mm", "5 mm", "5 mm"]'
         (BOX + '\n[output]\nformats = ["inp"]',
          "output.formats: no format named 'inp'; install the plugin gradedesign-calculix"),
     ],
-    ids=["cell", "reader", "mesh", "key", "scan", "repairer", "exporter", "output"],
+    ids=["cell", "reader", "mesh", "3mf", "key", "scan", "repairer", "exporter", "output"],
 )  # fmt: skip
 def test_a_case_that_needs_a_plugin_is_told_which(tmp_path, cli, monkeypatch, part, words):
     monkeypatch.setenv("GRADEDESIGN_DISABLE_PLUGINS", "1")
-    for name in ("block.stp", "block.stl", "block.obj", "scan.nrrd"):
+    for name in ("block.stp", "block.stl", "block.obj", "block.3mf", "scan.nrrd"):
         (tmp_path / name).write_text("", encoding="utf-8")
     (tmp_path / "case.toml").write_text(CASE.format(part=part), encoding="utf-8")
     ended = cli("run", tmp_path, "-o", tmp_path / "out")

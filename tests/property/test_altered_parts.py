@@ -17,11 +17,11 @@ from altered_files import altered_bytes
 from damaged_shapes import binary, box, corners_of, cube, rod, text
 
 from gradedesign.errors import PartError
-from gradedesign.geometry.formats.read_3mf import read_3mf
 from gradedesign.geometry.formats.read_stl import read_stl
 from gradedesign.geometry.part.raw_triangles import in_mm
 from gradedesign.geometry.part.repair import build_surface
 from gradedesign.geometry.triangles.surface_mesh import enclosed_volume, open_edge_count
+from gradedesign_formats.read_3mf import read_3mf
 
 #: Files of one test, tests of each format, and those of them that run with every test.
 ROUND, ROUNDS, ALWAYS = 50, 70, 1

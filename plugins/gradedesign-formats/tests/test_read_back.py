@@ -9,9 +9,9 @@ from gradedesign.errors import ResourceError
 from gradedesign.geometry.contour.surface import extract_surface
 from gradedesign.geometry.formats.printed_lattice import PrintedLattice
 from gradedesign.geometry.formats.read_back import edge_balance
-from gradedesign.geometry.formats.write_3mf import export_3mf
 from gradedesign.geometry.formats.write_stl import export_stl
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign_formats.write_3mf import export_3mf
 from gradedesign_formats.write_ply import export_ply
 from gradedesign_formats.write_trimesh import export_glb, export_obj, export_off
 

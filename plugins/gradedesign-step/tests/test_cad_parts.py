@@ -31,7 +31,6 @@ from OCP.TopExp import TopExp_Explorer
 from OCP.XCAFDoc import XCAFDoc_ColorGen, XCAFDoc_ColorSurf, XCAFDoc_DocumentTool
 
 from gradedesign import PartError
-from gradedesign.geometry.formats.read_3mf import read_3mf
 from gradedesign.geometry.formats.read_stl import read_stl
 from gradedesign.geometry.part.exact_faces import exact_faces
 from gradedesign.geometry.part.file_faces import carried
@@ -41,6 +40,7 @@ from gradedesign.geometry.part.regions_schema import RegionSpec
 from gradedesign.geometry.part.repair import build_surface
 from gradedesign.geometry.part.smooth_faces import segment_faces
 from gradedesign.geometry.triangles.surface_mesh import enclosed_volume
+from gradedesign_formats.read_3mf import read_3mf
 from gradedesign_step.cad_reader import read_iges, read_step
 
 #: Centres of the holes of 6 mm diameter in the plate of 40 x 30 x 10 mm.

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from gradedesign import nearest_on_triangle
 from gradedesign_layers._surface_band_kernels import ROUNDING, beyond_ball
@@ -14,7 +14,7 @@ from gradedesign_layers._surface_band_kernels import ROUNDING, beyond_ball
 #: Half diagonal of a cube of edge 1.
 _HALF = 0.5 * math.sqrt(3.0)
 #: Cubes per unit of threaded work; few, since the first have long lists. Chosen, not measured.
-_CHUNK = 16
+CUBES = 16
 
 
 @njit(cache=True)
@@ -29,10 +29,11 @@ def _toward(tri, s, v, w, x, y, z, distance):
     )
 
 
-@njit(cache=True, parallel=True, nogil=True)
+@njit(cache=True, nogil=True)
 def settle(
-    tri, flat, ball, normals, lists, origin, edge, cubes, parent, reach, bound, start, out, count
-):
+    begin, end, tri, flat, ball, normals, lists, origin, edge, cubes, parent, reach, bound, start,
+    out, count,
+):  # fmt: skip
     """Settle cubes that the band does not meet; list the triangles that may be nearest in others.
 
     The distance to a triangle is convex: in the cube it is at least its value at the centre plus
@@ -61,53 +62,52 @@ def settle(
     first, member = lists
     inner, outer = reach
     half = _HALF * edge
-    for chunk in prange((len(cubes) + _CHUNK - 1) // _CHUNK):
-        longest = 0
-        for n in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(cubes))):
-            longest = max(longest, first[parent[n] + 1] - first[parent[n]])
-        candidates = np.zeros((longest, 4))
-        for n in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(cubes))):
-            low, high = first[parent[n]], first[parent[n] + 1]
-            x = origin[0] + edge * (cubes[n, 0] + 0.5)
-            y = origin[1] + edge * (cubes[n, 1] + 0.5)
-            z = origin[2] + edge * (cubes[n, 2] + 0.5)
-            best, at, feature = np.inf, 0, 0
-            for m in range(low, high):
-                s = member[m]
-                if beyond_ball(ball, s, x, y, z, best + 2.0 * half + ROUNDING):
-                    candidates[m - low, 0] = np.inf
-                    continue
-                d, v, w, code = nearest_on_triangle(tri, flat, s, x, y, z)
-                d = math.sqrt(d)
-                own = candidates[m - low]
-                own[0] = d
-                own[1], own[2], own[3] = _toward(tri, s, v, w, x, y, z, d)
-                if d < best:
-                    best, at, feature = d, m - low, code
-            gx, gy, gz = candidates[at, 1], candidates[at, 2], candidates[at, 3]
-            normal = normals[member[low + at], feature]
-            outside = gx * normal[0] + gy * normal[1] + gz * normal[2] >= 0.0
-            if best - half > (outer if outside else inner):
-                # Nearer to zero by more than float32 rounds.
-                near = (best - half) * (1.0 - 1e-6)
-                bound[n] = near if outside else -near
-                count[n] = 0
+    longest = 0
+    for n in range(begin, end):
+        longest = max(longest, first[parent[n] + 1] - first[parent[n]])
+    candidates = np.zeros((longest, 4))
+    for n in range(begin, end):
+        low, high = first[parent[n]], first[parent[n] + 1]
+        x = origin[0] + edge * (cubes[n, 0] + 0.5)
+        y = origin[1] + edge * (cubes[n, 1] + 0.5)
+        z = origin[2] + edge * (cubes[n, 2] + 0.5)
+        best, at, feature = np.inf, 0, 0
+        for m in range(low, high):
+            s = member[m]
+            if beyond_ball(ball, s, x, y, z, best + 2.0 * half + ROUNDING):
+                candidates[m - low, 0] = np.inf
                 continue
-            bound[n] = best if outside else -best
-            kept = 1
-            out[start[n]] = member[low + at]
-            for m in range(high - low):
-                d, hx, hy, hz = candidates[m]
-                if m == at or d > best + 2.0 * half + ROUNDING:
-                    continue
-                apart = half + min(half, 0.5 * edge * (abs(hx) + abs(hy) + abs(hz)))
-                if best > 0.0 and d > 0.0:
-                    turn = 0.5 * edge * (abs(gx - hx) + abs(gy - hy) + abs(gz - hz))
-                    apart = min(apart, turn + half * half / (2.0 * best))
-                if d - best <= apart + ROUNDING:
-                    out[start[n] + kept] = member[low + m]
-                    kept += 1
-            count[n] = kept
+            d, v, w, code = nearest_on_triangle(tri, flat, s, x, y, z)
+            d = math.sqrt(d)
+            own = candidates[m - low]
+            own[0] = d
+            own[1], own[2], own[3] = _toward(tri, s, v, w, x, y, z, d)
+            if d < best:
+                best, at, feature = d, m - low, code
+        gx, gy, gz = candidates[at, 1], candidates[at, 2], candidates[at, 3]
+        normal = normals[member[low + at], feature]
+        outside = gx * normal[0] + gy * normal[1] + gz * normal[2] >= 0.0
+        if best - half > (outer if outside else inner):
+            # Nearer to zero by more than float32 rounds.
+            near = (best - half) * (1.0 - 1e-6)
+            bound[n] = near if outside else -near
+            count[n] = 0
+            continue
+        bound[n] = best if outside else -best
+        kept = 1
+        out[start[n]] = member[low + at]
+        for m in range(high - low):
+            d, hx, hy, hz = candidates[m]
+            if m == at or d > best + 2.0 * half + ROUNDING:
+                continue
+            apart = half + min(half, 0.5 * edge * (abs(hx) + abs(hy) + abs(hz)))
+            if best > 0.0 and d > 0.0:
+                turn = 0.5 * edge * (abs(gx - hx) + abs(gy - hy) + abs(gz - hz))
+                apart = min(apart, turn + half * half / (2.0 * best))
+            if d - best <= apart + ROUNDING:
+                out[start[n] + kept] = member[low + m]
+                kept += 1
+        count[n] = kept
 
 
 @njit(cache=True, nogil=True)

@@ -11,14 +11,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from gradedesign.fields import FloatArray
 from gradedesign_layers._surface_band_kernels import cube_of, nearest_listed
 
-#: Points per unit of threaded work.
-CHUNK = 1024
 #: Halvings of the distance of depths about the best one, see `net_skin`.
 HALVINGS = 3
 #: Farthest that they reach together, in steps of the depths.
@@ -219,8 +217,8 @@ def trimmed_value(
     return max(distance, value)
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def fill_values(cells, band, thickness, exact, depths, points, value):
+@njit(cache=True, nogil=True)
+def fill_values(low, high, points, cells, band, thickness, exact, depths, value):
     """Fill the field of the trimmed lattice at points (3, n), mm.
 
     Parameters
@@ -236,13 +234,11 @@ def fill_values(cells, band, thickness, exact, depths, points, value):
     matrix, start, scale = cells.matrix, cells.start, cells.scale
     level, steep = cells.level, cells.steep
     tri, flat, ball, normals, origin, edge, slot, bound, begin, listed = band
-    count = points.shape[1]
-    for chunk in prange((count + CHUNK - 1) // CHUNK):
-        stack = np.zeros((len(depths) + 2, 2), dtype=np.int64)
-        ends = np.zeros((len(depths) + 2, 2))
-        for i in range(chunk * CHUNK, min((chunk + 1) * CHUNK, count)):
-            value[i] = trimmed_value(
-                bins, first, member, strut, matrix, start, scale, level, steep,
-                tri, flat, ball, normals, origin, edge, slot, bound, begin, listed,
-                thickness, exact, depths, points[0, i], points[1, i], points[2, i], stack, ends,
-            )  # fmt: skip
+    stack = np.zeros((len(depths) + 2, 2), dtype=np.int64)
+    ends = np.zeros((len(depths) + 2, 2))
+    for i in range(low, high):
+        value[i] = trimmed_value(
+            bins, first, member, strut, matrix, start, scale, level, steep,
+            tri, flat, ball, normals, origin, edge, slot, bound, begin, listed,
+            thickness, exact, depths, points[0, i], points[1, i], points[2, i], stack, ends,
+        )  # fmt: skip

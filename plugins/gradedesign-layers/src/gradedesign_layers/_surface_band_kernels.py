@@ -7,7 +7,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from gradedesign import nearest_on_triangle
@@ -105,13 +105,13 @@ def nearest_listed(tri, flat, ball, normals, member, low, high, x, y, z):
     return distance, (ax, ay, az), (nx, ny, nz), at, feature
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def banded_distances(band, beyond, points, distance):
+@njit(cache=True, nogil=True)
+def banded_distances(low, high, points, band, beyond, distance):
     """Fill signed distances at points (3, n), or bounds where no list is; ``beyond`` all cubes."""
     tri, flat, ball, normals = band.tri, band.flat, band.ball, band.normals
     origin, edge, slot, bound = band.origin, band.edge, band.slot, band.bound
     first, member = band.first, band.member
-    for i in prange(points.shape[1]):
+    for i in range(low, high):
         x, y, z = points[0, i], points[1, i], points[2, i]
         a, b, c = cube_of(origin, edge, slot.shape, x, y, z)
         if a < 0:

@@ -19,7 +19,13 @@ from gradedesign import (
     lattice_field,
     solid_layers,
 )
-from gradedesign.fields import BoolArray, Field, FloatArray, nearest_candidates
+from gradedesign.fields import (
+    BoolArray,
+    Field,
+    FloatArray,
+    compiled_values,
+    nearest_candidates,
+)
 from gradedesign_layers._strut_kernels import StrutArrays, fill_values
 from gradedesign_layers._strut_pixel_kernels import fill_chosen, fill_solid
 from gradedesign_layers.surface_band import surface_band
@@ -144,10 +150,7 @@ def strut_lattice(design: LatticeDesign, apart: float) -> DenseLattice | None:
     lattice = (cells, band.arrays, thickness, exact, depths)
 
     def field(points: FloatArray) -> FloatArray:
-        flat = np.ascontiguousarray(np.asarray(points, dtype=np.float64).reshape(3, -1))
-        value = np.zeros(flat.shape[1])
-        fill_values(*lattice, flat, value)
-        return value.reshape(np.shape(points)[1:])
+        return compiled_values(fill_values, np.asarray(points, dtype=np.float64), *lattice)
 
     def solid(plane: PixelPlane) -> BoolArray:
         pixels = np.zeros(plane.shape, dtype=bool)

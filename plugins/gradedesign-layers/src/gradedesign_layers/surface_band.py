@@ -8,8 +8,8 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign import LatticeError, SurfaceDistance
-from gradedesign.fields import BoolArray, FloatArray, IntArray
+from gradedesign import LatticeError, SurfaceDistance, in_ranges
+from gradedesign.fields import BoolArray, FloatArray, IntArray, compiled_values
 from gradedesign_layers import _band_list_kernels as kernels
 from gradedesign_layers._surface_band_kernels import BandArrays, banded_distances
 
@@ -39,10 +39,9 @@ class SurfaceBand:
         Beyond the band a value of the right sign, beyond the band too and nearer to zero than
         the distance.
         """
-        flat = np.ascontiguousarray(np.asarray(points, dtype=np.float64).reshape(3, -1))
-        distance = np.zeros(flat.shape[1])
-        banded_distances(self.arrays, self.outer, flat, distance)
-        return distance.reshape(np.shape(points)[1:])
+        return compiled_values(
+            banded_distances, np.asarray(points, dtype=np.float64), self.arrays, self.outer
+        )
 
 
 def surface_band(
@@ -116,8 +115,8 @@ def _settled(
         some = slice(low, low + _AT_ONCE)
         start = np.append(0, np.cumsum(np.diff(first)[parent[some]]))
         out = np.zeros(int(start[-1]), dtype=np.int32)
-        kernels.settle(*fixed, cubes[some], parent[some], reach, bound[some], start, out,
-                       count[some])  # fmt: skip
+        in_ranges(kernels.settle, range(0, len(count[some]), kernels.CUBES), *fixed, cubes[some],
+                  parent[some], reach, bound[some], start, out, count[some])  # fmt: skip
         ends = np.append(0, np.cumsum(count[some]))
         members.append(np.zeros(int(ends[-1]), dtype=np.int32))
         kernels.gather(start, count[some], out, ends, members[-1])

@@ -23,7 +23,6 @@ from gradedesign.design.resolve.registry import Registry, absent
 from gradedesign.errors import CaseError, blaming
 from gradedesign.geometry.formats.exporter import Exporter, PlannedPrint
 from gradedesign.geometry.formats.printed_lattice import PrintedLattice
-from gradedesign.geometry.lattice.beams import beam_lattice
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.geometry.triangles.crossings import TOUCHING, crossing_triangles
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
@@ -143,7 +142,7 @@ def printed_lattice(
         layer_height=None if spec is None else spec.layer_height,
         pixel_size=None if spec is None else spec.pixel_size,
         build_direction="+z" if spec is None else spec.build_direction,
-        beams=lambda: beam_lattice(design, part),
+        part=part,
     )
 
 

@@ -42,7 +42,7 @@ def part_readers(spec: PartSpec, memory: int, registry: Registry) -> dict[str, R
         suffix = file.suffix.lower()
         advice = instead(suffix, sorted(by_suffix), label="readable")
         if plugin := supplied_by("suffixes", suffix):
-            advice = f"{plugin}; or export it as STL or 3MF"
+            advice = f"{plugin}; or export it as STL"
         message = f"part.file: found {shown(file.name)}, which no installed reader takes; {advice}"
         raise absent(registry, message)
     return by_suffix

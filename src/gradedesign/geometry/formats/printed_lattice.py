@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -10,7 +10,6 @@ import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.values.direction import FRAMES
-from gradedesign.geometry.lattice.beams import BeamLattice
 from gradedesign.geometry.lattice.lattice import LatticeDesign
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
 
@@ -91,9 +90,8 @@ class PrintedLattice:
         Of the printer, as far as the case states them.
     build_direction : str
         ``"+x"`` to ``"-z"``: what points upwards in the printer.
-    beams : callable or None
-        Without arguments: the lattice as `BeamLattice` where it is made of round struts in equal
-        cubes, else a `LatticeError`. Disconnected components are still in it.
+    part : SurfaceMesh or None
+        The part that the lattice fills; its signed distance is ``design.domain.distance``.
     outer_records : bytes
         Of the surface's first triangles as the part's own binary STL holds them, 50 bytes each;
         empty where none are kept so.
@@ -117,7 +115,7 @@ class PrintedLattice:
     layer_height: float | None = None
     pixel_size: float | None = None
     build_direction: str = "+z"
-    beams: Callable[[], BeamLattice] | None = None
+    part: SurfaceMesh | None = None
     outer_records: bytes = b""
     unit: str = "mm"
     measured: MeasuredField | None = None

@@ -17,6 +17,7 @@ from gradedesign.geometry.contour.surface import (
     Contour,
     boxed_grid,
     contour,
+    extract_surface,
     require_closed,
 )
 from gradedesign.geometry.contour.true_volume import VolumeFit
@@ -25,7 +26,7 @@ from gradedesign.geometry.lattice.cube_sides import cube_sides, where_wanted
 from gradedesign.geometry.lattice.domain import DesignDomain, grown
 from gradedesign.geometry.lattice.lattice import LatticeDesign, uncut_field
 from gradedesign.geometry.lattice.solid_layers import solid_layers
-from gradedesign.geometry.triangles.boolean import cut_capped
+from gradedesign.geometry.triangles.boolean import cut_capped, intersection
 from gradedesign.geometry.triangles.crossings import TOUCHING, crossing_triangles
 from gradedesign.geometry.triangles.short_edges import used_only, without_short_edges
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
@@ -97,6 +98,30 @@ def trimmed_surface(
             vertices, faces = with_skin_edges(vertices, faces, untrimmed.domain, field, step)
         report_step("collapsing short edges")
         trimmed = used_only(vertices, without_short_edges(vertices, faces, SHORTEST * step))
+    require_closed(trimmed)
+    return trimmed
+
+
+def solid_surface(domain: DesignDomain, part: SurfaceMesh, step: float) -> SurfaceMesh | None:
+    """Surface of what is solid in a part, cut by it as `trimmed_surface` is; None without solids.
+
+    Raises
+    ------
+    LatticeError, MeshError, ResourceError
+        As `trimmed_surface`.
+    """
+    if domain.lattice_only:
+        return None
+    domain = grown(domain, OVERHANG * step)
+    part_distance, layers = solid_layers(domain)
+
+    def field(points: FloatArray) -> FloatArray:
+        distance = part_distance(points)
+        solids = [layer(points, distance) for layer in layers]
+        return np.maximum(distance, np.minimum.reduce(solids))
+
+    raw = extract_surface(field, domain.lower - step, domain.upper + step, step)
+    trimmed = intersection(raw, part, subject="solid regions", shortest=SHORTEST * step)
     require_closed(trimmed)
     return trimmed
 

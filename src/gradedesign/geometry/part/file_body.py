@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
-#: A body that takes material away from those before it.
-NEGATIVE = "negative volume"
 #: Names in one text; result.json and the report have all. Chosen, not measured.
 _MOST_NAMES = 12
 
@@ -25,11 +24,13 @@ class FileBody:
 
     name: str
     role: str
+    #: Role of a body that takes material away from those before it.
+    NEGATIVE: ClassVar[str] = "negative volume"
 
     @property
     def done(self) -> str:
         """``subtracted`` or ``left out``."""
-        return "subtracted" if self.role == NEGATIVE else "left out"
+        return "subtracted" if self.role == self.NEGATIVE else "left out"
 
     def __str__(self) -> str:
         return f"'{self.name}' ({self.role})"

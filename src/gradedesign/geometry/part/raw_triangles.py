@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from gradedesign.arrays import BoolArray, FloatArray, locked
 from gradedesign.errors import CaseError, PartError
-from gradedesign.geometry.part.file_body import FileBody
+from gradedesign.geometry.part.file_body import FileBody, file_body_words
 from gradedesign.geometry.part.file_faces import FileFaces, require_labels
 
 #: Length of one file unit, mm.
@@ -76,7 +76,7 @@ def raw_triangles(
     chord_tolerance : float, mm, optional
         Passed on.
     file_bodies : sequence of FileBody
-        Passed on.
+        Passed on, and named in the warnings.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def raw_triangles(
         corners=values,
         unit=unit,
         faces=faces,
-        warnings=tuple(warnings),
+        warnings=(*(f"{source}: {words}" for words in file_body_words(file_bodies)), *warnings),
         chord_tolerance=chord_tolerance,
         file_bodies=tuple(file_bodies),
     )

@@ -7,11 +7,8 @@ from collections.abc import Iterable
 from gradedesign.geometry.cell.formula_cell import FORMULA_MAKER
 from gradedesign.geometry.cell.maker import CellMaker
 from gradedesign.geometry.formats.exporter import Exporter
-from gradedesign.geometry.formats.read_3mf import read_3mf
 from gradedesign.geometry.formats.read_stl import read_stl
-from gradedesign.geometry.formats.write_3mf import export_3mf, export_3mf_beams
 from gradedesign.geometry.formats.write_stl import export_stl
-from gradedesign.geometry.lattice.beams import why_no_beams
 from gradedesign.geometry.lattice.component_kind import ComponentKind, builtin_components
 from gradedesign.geometry.part.reader import PartReader
 from gradedesign.geometry.tets.mesher import PYTETWILD, Mesher
@@ -48,9 +45,8 @@ def gradedesign_materials() -> Iterable[Material]:
 
 @hookimpl
 def gradedesign_readers() -> Iterable[PartReader]:
-    """Register the readers of STL and 3MF."""
+    """Register the reader of STL."""
     yield PartReader(name="stl", suffixes=(".stl",), read=read_stl)
-    yield PartReader(name="3mf", suffixes=(".3mf",), read=read_3mf)
 
 
 @hookimpl
@@ -61,15 +57,8 @@ def gradedesign_meshers() -> Iterable[Mesher]:
 
 @hookimpl
 def gradedesign_exporters() -> Iterable[Exporter]:
-    """Register the exporters of STL and 3MF."""
+    """Register the exporter of STL."""
     yield Exporter(name="stl", suffix=".stl", write=export_stl)
-    yield Exporter(name="3mf", suffix=".3mf", write=export_3mf)
-    yield Exporter(
-        name="3mf-beams",
-        suffix=".3mf",
-        write=export_3mf_beams,
-        refuses=lambda p: why_no_beams(p.axes, p.cell_map, p.domain),
-    )
 
 
 @hookimpl

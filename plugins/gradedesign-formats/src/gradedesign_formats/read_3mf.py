@@ -6,15 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from gradedesign.errors import PartError
-from gradedesign.geometry.formats._threemf_bodies import BodyReader
-from gradedesign.geometry.formats._threemf_metadata import SlicerMetadata
-from gradedesign.geometry.formats._threemf_model import ThreemfModel
-from gradedesign.geometry.formats._threemf_package import open_package
-from gradedesign.geometry.formats._threemf_roles import ThreemfRoles
-from gradedesign.geometry.part.file_body import file_body_words
-from gradedesign.geometry.part.file_faces import FileFaces
-from gradedesign.geometry.part.raw_triangles import UNIT_MM, RawTriangles, raw_triangles
+from gradedesign import UNIT_MM, FileFaces, PartError, RawTriangles, raw_triangles
+from gradedesign_formats._threemf_bodies import BodyReader
+from gradedesign_formats._threemf_metadata import SlicerMetadata
+from gradedesign_formats._threemf_model import ThreemfModel
+from gradedesign_formats._threemf_package import open_package
+from gradedesign_formats._threemf_roles import ThreemfRoles
 
 #: The core's unit for a unit of 3MF, and how many of them it has.
 _UNITS = {
@@ -68,9 +65,6 @@ def read_3mf(path: Path) -> RawTriangles:
         source=path.name,
         unit=unit,
         faces=faces if names or colors or reader.face_count > 1 else None,
-        warnings=[
-            *(f"{path.name}: {words}" for words in file_body_words(reader.found)),
-            *dict.fromkeys(reader.notes),
-        ],
+        warnings=list(dict.fromkeys(reader.notes)),
         file_bodies=reader.found,
     )

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import NoReturn
 
-from gradedesign.errors import PartError
-from gradedesign.geometry.formats._threemf_id import ResourceId
-from gradedesign.geometry.formats._threemf_metadata import SOLID, SlicerMetadata, StatedBody
-from gradedesign.geometry.formats._threemf_model import ThreemfModel
-from gradedesign.geometry.formats._threemf_object import ThreemfItem, ThreemfMarks, ThreemfObject
+from gradedesign import PartError
+from gradedesign_formats._threemf_id import ResourceId
+from gradedesign_formats._threemf_metadata import SOLID, SlicerMetadata, StatedBody
+from gradedesign_formats._threemf_model import ThreemfModel
+from gradedesign_formats._threemf_object import ThreemfItem, ThreemfMarks, ThreemfObject
 
 #: Role of what the slicer is told to leave on the plate.
 _NOT_PRINTABLE = "not printable"
@@ -28,7 +28,7 @@ class BodyRole:
     name : str or None
         As the file names it.
     role : str
-        ``solid``, or one of those of `gradedesign.geometry.part.file_body.FileBody`.
+        ``solid``, or one of those of `gradedesign.FileBody`.
     """
 
     name: str | None

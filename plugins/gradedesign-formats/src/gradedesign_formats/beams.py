@@ -7,18 +7,17 @@ from itertools import product
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, IntArray, locked
-from gradedesign.errors import LatticeError
-from gradedesign.geometry.cell.strut_axes import StrutAxes
-from gradedesign.geometry.contour.surface import extract_surface, require_closed
-from gradedesign.geometry.lattice.domain import DesignDomain, grown
-from gradedesign.geometry.lattice.joint_volume import adds_to_cells
-from gradedesign.geometry.lattice.lattice import LatticeDesign, density_at
-from gradedesign.geometry.lattice.solid_layers import solid_layers
-from gradedesign.geometry.lattice.trim import OVERHANG, SHORTEST
-from gradedesign.geometry.maps.cell_map import CellMap
-from gradedesign.geometry.triangles.boolean import intersection
-from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign import (
+    CellMap,
+    DesignDomain,
+    LatticeDesign,
+    LatticeError,
+    StrutAxes,
+    SurfaceMesh,
+    density_at,
+    solid_surface,
+)
+from gradedesign.fields import FloatArray, IntArray
 
 #: A beam's radius is linear; graded struts are divided until it is right within this share. Chosen,
 #: not measured.
@@ -61,14 +60,6 @@ class BeamLattice:
     clip: SurfaceMesh
     solid: SurfaceMesh | None
 
-    def __post_init__(self) -> None:
-        count = len(self.beams)
-        object.__setattr__(self, "nodes", locked(self.nodes, (None, 3), name="nodes"))
-        object.__setattr__(
-            self, "beams", locked(self.beams, (count, 2), dtype=np.int64, name="beams")
-        )
-        object.__setattr__(self, "radii", locked(self.radii, (count, 2), name="radii"))
-
 
 def beam_lattice(design: LatticeDesign, part: SurfaceMesh) -> BeamLattice:
     """Beams of a lattice.
@@ -110,7 +101,7 @@ def beam_lattice(design: LatticeDesign, part: SurfaceMesh) -> BeamLattice:
         ball_nodes=balls,
         ball_radii=axes.ball_ratio * radius[balls],
         clip=part,
-        solid=_solids(design, part),
+        solid=solid_surface(design.domain, part, design.cell_size / _STEPS_PER_CELL),
     )
 
 
@@ -129,7 +120,7 @@ def why_no_beams(axes: StrutAxes | None, cell_map: CellMap | None, domain: Desig
             "beams are round struts, which this cell is not made of; expected a strut cell such "
             'as bcc, write "3mf" instead'
         )
-    if adds_to_cells(domain) or domain.cuts:
+    if domain.on_cells or domain.join or domain.cuts:
         return (
             "beams have no joints of a radius, drain holes or net-skins; write "
             '"3mf", which holds their surface, or leave these out of [lattice]'
@@ -233,23 +224,3 @@ def _ball_nodes(places: FloatArray, axes: StrutAxes) -> IntArray:
     away = np.abs(places[:, None] - axes.balls[None])
     away = np.abs(away - np.rint(away)).max(axis=2)
     return np.flatnonzero((away <= 2 * _SAME).any(axis=1))
-
-
-def _solids(design: LatticeDesign, part: SurfaceMesh) -> SurfaceMesh | None:
-    """Surface of skin and passive solids, cut by the part as the printed one is."""
-    if design.domain.lattice_only:
-        return None
-    step = design.cell_size / _STEPS_PER_CELL
-    domain = grown(design.domain, OVERHANG * step)
-
-    part_distance, layers = solid_layers(domain)
-
-    def field(points: FloatArray) -> FloatArray:
-        distance = part_distance(points)
-        solids = [layer(points, distance) for layer in layers]
-        return np.maximum(distance, np.minimum.reduce(solids))
-
-    raw = extract_surface(field, domain.lower - step, domain.upper + step, step)
-    trimmed = intersection(raw, part, subject="solid regions", shortest=SHORTEST * step)
-    require_closed(trimmed)
-    return trimmed

@@ -10,10 +10,10 @@ import pytest
 from threemf_variants import role_variants
 
 from gradedesign.errors import PartError
-from gradedesign.geometry.formats.read_3mf import read_3mf
 from gradedesign.geometry.part.raw_triangles import in_mm
 from gradedesign.geometry.part.repair import build_surface
 from gradedesign.geometry.triangles.surface_mesh import enclosed_volume
+from gradedesign_formats.read_3mf import read_3mf
 
 VARIANTS = role_variants()
 #: Faces that are flush are moved by 1e-6 of the diagonal and welded at twice that; some files

@@ -13,7 +13,7 @@ from typing import Protocol
 from urllib.parse import unquote
 from xml.parsers import expat
 
-from gradedesign.errors import PartError
+from gradedesign import PartError
 
 #: Limits of what a package may unpack to: bytes of all parts, the growth of one, and entries.
 #: Chosen, not measured.

@@ -7,13 +7,13 @@ from typing import NoReturn
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray
-from gradedesign.errors import PartError
-from gradedesign.geometry.formats import _threemf_namespaces as ns
-from gradedesign.geometry.formats._threemf_id import ResourceId
-from gradedesign.geometry.formats._threemf_metadata import MODIFIER, SOLID, StatedBody, whole_number
-from gradedesign.geometry.formats._threemf_object import ThreemfItem, ThreemfMarks, ThreemfObject
-from gradedesign.geometry.formats._threemf_package import entry_name
+from gradedesign import PartError
+from gradedesign.fields import FloatArray
+from gradedesign_formats import _threemf_namespaces as ns
+from gradedesign_formats._threemf_id import ResourceId
+from gradedesign_formats._threemf_metadata import MODIFIER, SOLID, StatedBody, whole_number
+from gradedesign_formats._threemf_object import ThreemfItem, ThreemfMarks, ThreemfObject
+from gradedesign_formats._threemf_package import entry_name
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _WHOLE = re.compile(r"\d{1,9}")

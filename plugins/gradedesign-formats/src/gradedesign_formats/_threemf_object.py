@@ -5,9 +5,9 @@ from __future__ import annotations
 from array import array
 from dataclasses import dataclass, field
 
-from gradedesign.arrays import FloatArray
-from gradedesign.geometry.formats._threemf_id import ResourceId
-from gradedesign.geometry.formats._threemf_metadata import StatedBody
+from gradedesign.fields import FloatArray
+from gradedesign_formats._threemf_id import ResourceId
+from gradedesign_formats._threemf_metadata import StatedBody
 
 
 @dataclass(slots=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""Solids of a 3MF file and the negative volumes that are taken from them."""
+"""Solids of a part's file and the negative volumes that are taken from them."""
 
 from __future__ import annotations
 

@@ -10,15 +10,15 @@ import pytest
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cells import single
 from gradedesign.geometry.formats.printed_lattice import PrintedLattice
-from gradedesign.geometry.formats.read_back_3mf import read_back
-from gradedesign.geometry.formats.write_3mf import BALLS, BEAMS, CORE, export_3mf_beams
-from gradedesign.geometry.lattice.beams import beam_lattice
 from gradedesign.geometry.lattice.density_grid import DensityGrid
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign
 from gradedesign.geometry.maps.cell_map import uniform_map
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.program.host.registry import build_registry
+from gradedesign_formats.beams import beam_lattice
+from gradedesign_formats.read_back_3mf import read_back
+from gradedesign_formats.write_3mf import BALLS, BEAMS, CORE, export_3mf_beams
 
 CASE = """\
 [case]
@@ -166,7 +166,7 @@ def test_lib3mf_reads_twenty_thousand_struts(tmp_path, graded):
     beams = beam_lattice(design, part)
     assert len(beams.beams) > 20_000
     path = tmp_path / "beams.3mf"
-    lattice = PrintedLattice(surface=part, name="20,000 struts", beams=lambda: beams)
+    lattice = PrintedLattice(surface=part, name="20,000 struts", design=design, part=part)
     export_3mf_beams(path, lattice)
     reader = (held := lib3mf.get_wrapper().CreateModel()).QueryReader("3mf")
     reader.ReadFromFile(str(path))

@@ -11,9 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NoReturn
 
-from gradedesign.errors import PartError
-from gradedesign.geometry.formats._threemf_id import ResourceId
-from gradedesign.geometry.part.file_body import NEGATIVE
+from gradedesign import FileBody, PartError
+from gradedesign_formats._threemf_id import ResourceId
 
 #: Roles that more than one format knows.
 SOLID, MODIFIER = "solid", "parameter modifier"
@@ -21,14 +20,14 @@ SOLID, MODIFIER = "solid", "parameter modifier"
 _ENTRIES = ("_model.config", "model_settings.config")
 _VOLUME_TYPES = {
     "ModelPart": SOLID,
-    "NegativeVolume": NEGATIVE,
+    "NegativeVolume": FileBody.NEGATIVE,
     "ParameterModifier": MODIFIER,
     "SupportEnforcer": "support enforcer",
     "SupportBlocker": "support blocker",
 }
 _SUBTYPES = {
     "normal_part": SOLID,
-    "negative_part": NEGATIVE,
+    "negative_part": FileBody.NEGATIVE,
     "modifier_part": MODIFIER,
     "support_enforcer": "support enforcer",
     "support_blocker": "support blocker",

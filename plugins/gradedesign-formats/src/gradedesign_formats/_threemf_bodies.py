@@ -7,22 +7,22 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray
-from gradedesign.errors import PartError
-from gradedesign.geometry.formats._threemf_cuts import (
+from gradedesign import (
     Cutter,
+    FileBody,
+    PartError,
     PlacedBody,
     closed_body,
     cut_together,
     meet,
     without_cutters,
 )
-from gradedesign.geometry.formats._threemf_id import ResourceId
-from gradedesign.geometry.formats._threemf_metadata import SOLID
-from gradedesign.geometry.formats._threemf_model import ThreemfModel
-from gradedesign.geometry.formats._threemf_object import ThreemfObject
-from gradedesign.geometry.formats._threemf_roles import BodyRole, ThreemfRoles
-from gradedesign.geometry.part.file_body import NEGATIVE, FileBody
+from gradedesign.fields import FloatArray
+from gradedesign_formats._threemf_id import ResourceId
+from gradedesign_formats._threemf_metadata import SOLID
+from gradedesign_formats._threemf_model import ThreemfModel
+from gradedesign_formats._threemf_object import ThreemfObject
+from gradedesign_formats._threemf_roles import BodyRole, ThreemfRoles
 
 #: Components in components no deeper than this. Chosen, not measured.
 _DEEPEST = 32
@@ -94,7 +94,7 @@ class BodyReader:
                 "export the solid too, or change in the slicer what these are and where they cut"
             )
         for number, body in enumerate(self.found):
-            if body.role == NEGATIVE and number not in self._cutting:
+            if body.role == FileBody.NEGATIVE and number not in self._cutting:
                 self.notes.append(
                     f"{self.model.source}: the negative volume '{body.name}' takes nothing away "
                     "from what stands before it in its object; check its place and the order"
@@ -113,7 +113,7 @@ class BodyReader:
         used: bool,
     ) -> list[PlacedBody]:
         """Add an object to the solids so far, subtract it from them, or leave it out."""
-        taken = used and role.role in (SOLID, NEGATIVE)
+        taken = used and role.role in (SOLID, FileBody.NEGATIVE)
         new = self._object(number, place, name, depth, used=taken)
         of_assembly = "" if name is None else f" of {name}"
         called = role.name or f"object {number}{of_assembly}"
@@ -125,7 +125,7 @@ class BodyReader:
         if role.role == SOLID:
             return before + new
         self.found.append(FileBody(name=name, role=role.role))
-        if role.role != NEGATIVE:
+        if role.role != FileBody.NEGATIVE:
             return before
         cutters = []
         for body in self._finished(new):
@@ -207,7 +207,7 @@ class BodyReader:
         for volume in volumes:
             role = BodyRole(name=volume.name or name, role=volume.role or SOLID)
             called, new = role.name or volume.label, []
-            if role.role in (SOLID, NEGATIVE):
+            if role.role in (SOLID, FileBody.NEGATIVE):
                 some = slice(volume.first, volume.last + 1)
                 new = [self._body(called, role.name, corners, part, shades, some)]
             bodies = self._with(bodies, role, new, called)

@@ -11,11 +11,9 @@ from xml.parsers import expat
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, IntArray
-from gradedesign.errors import ResourceError
-from gradedesign.geometry.formats.read_back import require_read_back
-from gradedesign.geometry.lattice.beams import BeamLattice
-from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign import ResourceError, SurfaceMesh, require_read_back
+from gradedesign.fields import FloatArray, IntArray
+from gradedesign_formats.beams import BeamLattice
 
 #: Where the model lies in the package.
 MODEL = "3D/3dmodel.model"

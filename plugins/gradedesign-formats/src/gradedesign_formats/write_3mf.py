@@ -15,17 +15,14 @@ from xml.sax.saxutils import escape, quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.errors import LatticeError
-from gradedesign.geometry.formats.printed_lattice import PrintedLattice
-from gradedesign.geometry.formats.read_back_3mf import (
+from gradedesign import LatticeError, PrintedLattice, SurfaceMesh, float32_vertices
+from gradedesign_formats.beams import BeamLattice, beam_lattice
+from gradedesign_formats.read_back_3mf import (
     MODEL,
     read_back,
     require_same_beams,
     require_same_surface,
 )
-from gradedesign.geometry.formats.write_stl import float32_vertices
-from gradedesign.geometry.lattice.beams import BeamLattice
-from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 BEAMS = "http://schemas.microsoft.com/3dmanufacturing/beamlattice/2017/02"
@@ -86,9 +83,9 @@ def export_3mf_beams(path: Path, lattice: PrintedLattice) -> None:
     ResourceError
         If what is read back differs.
     """
-    if lattice.beams is None:
+    if lattice.design is None or lattice.part is None:
         raise LatticeError('the lattice comes without struts; write "3mf" instead')
-    beams = lattice.beams()
+    beams = beam_lattice(lattice.design, lattice.part)
     clip = SurfaceMesh(vertices=float32_vertices(beams.clip.vertices), faces=beams.clip.faces)
 
     def content() -> Iterator[str]:

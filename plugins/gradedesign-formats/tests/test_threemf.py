@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import PartError
-from gradedesign.geometry.formats import _threemf_package
-from gradedesign.geometry.formats.read_3mf import read_3mf
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.repair import build_surface
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
+from gradedesign_formats import _threemf_package
+from gradedesign_formats.read_3mf import read_3mf
 
 BOX = box_surface((1.0, 2.0, 3.0))
 CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
