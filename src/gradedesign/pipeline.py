@@ -29,6 +29,7 @@ from gradedesign.design.loop.loop_stages import Stages
 from gradedesign.design.loop.run_cost import RunCost
 from gradedesign.design.loop.stated_print import stated_print
 from gradedesign.design.resolve.design_model import DesignModel, prepare
+from gradedesign.design.resolve.fitting_part import fitting_part
 from gradedesign.design.resolve.lattice_files import STL_NAME
 from gradedesign.design.resolve.oriented import oriented
 from gradedesign.design.resolve.outer_triangles import outer_records
@@ -36,7 +37,7 @@ from gradedesign.design.resolve.own_cell import with_own_cell
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.size_effects import with_size_effects
 from gradedesign.design.resolve.solid import solve_solid, with_solid
-from gradedesign.design.resolve.stated_lattice import stated_lattice, stated_part
+from gradedesign.design.resolve.stated_lattice import stated_lattice
 from gradedesign.design.verdict.computed import Computed
 from gradedesign.design.verdict.printable import with_print_limits
 from gradedesign.design.verdict.result import RunResult
@@ -57,10 +58,9 @@ from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.mechanics.limits.verdict import Factors, any_broken, unsure_words
 from gradedesign.program.host.registry import build_registry
 from gradedesign.program.outputs.failed import recording_failure
-from gradedesign.program.outputs.files import write_outputs
+from gradedesign.program.outputs.files import write_outputs, write_stated
 from gradedesign.program.outputs.finished import finished_result
 from gradedesign.program.outputs.printed_files import write_printed, written_back
-from gradedesign.program.outputs.stated_files import write_stated
 from gradedesign.program.store.run_folder import RunFolder
 from gradedesign.program.store.stages import (
     default_folder,
@@ -146,7 +146,7 @@ def _build_stated(
 ) -> RunResult:
     """Build the lattice of a stated density, measure what is printed of it, and write it."""
     with announce.stage("part"):
-        part = stated_part(case, registry)
+        case, part = fitting_part(case, registry)
     with announce.stage("density"):
         stated = stated_lattice(case, registry, part, density)
     with announce.stage("lattice"):

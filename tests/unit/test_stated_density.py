@@ -8,9 +8,10 @@ import pytest
 from PIL import Image
 
 from gradedesign.design.case.read_case import load_case
+from gradedesign.design.resolve.fitting_part import fitting_part
 from gradedesign.design.resolve.stated_cells import placed_cells, stated_cells
 from gradedesign.design.resolve.stated_density import stated_density
-from gradedesign.design.resolve.stated_lattice import stated_lattice, stated_part
+from gradedesign.design.resolve.stated_lattice import stated_lattice
 from gradedesign.errors import CaseError, DensityError
 from gradedesign.geometry.contour.surface import require_closed
 from gradedesign.geometry.formats.read_stl import read_stl
@@ -218,7 +219,7 @@ def test_a_zone_is_the_transition_with_its_weight(tmp_path):
         '[[zone]]\nformula = "5 - x"\ncell = "sc"\ntransition = "6 mm"\n',
     ):
         case = load_case(write(tmp_path, f"{text}density = 0.3\n{more}"))
-        found.append(stated_lattice(case, registry, stated_part(case, registry)))
+        found.append(stated_lattice(case, registry, fitting_part(case, registry)[1]))
     transition, zone = found
     assert zone.transition["shift_cells"] == transition.transition["shift_cells"]
     assert zone.transition["neck_over_two_cells"] == transition.transition["neck_over_two_cells"]

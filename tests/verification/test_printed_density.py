@@ -13,7 +13,8 @@ import pytest
 
 from gradedesign.design.case.read_case import load_case
 from gradedesign.design.loop.stated_print import stated_print
-from gradedesign.design.resolve.stated_lattice import stated_lattice, stated_part
+from gradedesign.design.resolve.fitting_part import fitting_part
+from gradedesign.design.resolve.stated_lattice import stated_lattice
 from gradedesign.errors import LatticeError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.lattice.lattice import lattice_field
@@ -46,7 +47,7 @@ def require_density(folder, name, density):
     text = CASE.format(cell=name, density=density, length=12)
     (folder / "case.toml").write_text(text, encoding="utf-8")
     case = load_case(folder / "case.toml")
-    stated = stated_lattice(case, REGISTRY, stated_part(case, REGISTRY))
+    stated = stated_lattice(case, REGISTRY, fitting_part(case, REGISTRY)[1])
     made, design, cells = stated_print(stated), stated.design, stated.cells
     meant = density * stated.part.volume
     if cells.period > 1:

@@ -8,6 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from gradedesign.common.system.progress import report_step
+from gradedesign.design.case.schema import Case
 from gradedesign.design.loop.analysed import Analysed
 from gradedesign.design.resolve.lattice_files import chord_tolerance
 from gradedesign.design.resolve.outer_triangles import keeps_outer, outer_records
@@ -15,6 +16,7 @@ from gradedesign.design.resolve.plan import Plan
 from gradedesign.errors import LatticeError
 from gradedesign.geometry.contour.islands import Islands
 from gradedesign.geometry.contour.surface import require_closed
+from gradedesign.geometry.lattice.lattice import LatticeDesign
 from gradedesign.geometry.lattice.printed_surface import printed_surface
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
@@ -50,14 +52,7 @@ def export_surface(
     size = analysed.result.solved.division.surface_size
     step = _SURFACE_PER_SPACING * size
     case, part = plan.case, plan.part.surface
-    surface, islands, _ = printed_surface(
-        analysed.design,
-        part,
-        step,
-        chord_tolerance(case.print),
-        memory=case.run.memory,
-        keep_outer=keeps_outer(case.print),
-    )
+    surface, islands, _ = case_surface(case, part, analysed.design, step)
     report_step("writing and reading back the surface")
     back, digest = written_back(surface, outer_records(case.print, case.part.file, part))
     volume, meshed = require_closed(back), analysed.result.volume
@@ -68,3 +63,28 @@ def export_surface(
             f"for {plan.cell.name}: raise [run] elements_per_wall"
         )
     return back, islands, digest
+
+
+def case_surface(
+    case: Case, part: SurfaceMesh, design: LatticeDesign, step: float
+) -> tuple[SurfaceMesh, Islands, float]:
+    """`printed_surface` as ``[print]`` and ``[run]`` ask for it.
+
+    Parameters
+    ----------
+    step : float, mm
+        Of the contour; it may be finer.
+
+    Returns
+    -------
+    step : float, mm
+        At which it was contoured.
+    """
+    return printed_surface(
+        design,
+        part,
+        step,
+        chord_tolerance(case.print),
+        memory=case.run.memory,
+        keep_outer=keeps_outer(case.print),
+    )

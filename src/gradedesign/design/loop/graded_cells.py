@@ -9,8 +9,8 @@ from gradedesign.common.values.locate import locating
 from gradedesign.design.loop.iteration_steps import density_grid
 from gradedesign.design.resolve.cell_choice import cell_axes
 from gradedesign.design.resolve.design_model import DesignModel
-from gradedesign.geometry.lattice.cell_layout import cell_layout
-from gradedesign.geometry.lattice.graded_map import graded_map, wanted_size
+from gradedesign.geometry.lattice.graded_map import wanted_size
+from gradedesign.geometry.lattice.placed_layout import graded_layout
 from gradedesign.mechanics.sizing.homogenised_model import bond_matrix
 
 
@@ -35,8 +35,9 @@ def with_cells(model: DesignModel, rho: FloatArray) -> DesignModel:
         return model
     with locating(case.where, "lattice.size"):
         wanted = wanted_size(case.lattice, cells.cell, density_grid(model, rho), cells.bounds)
-        cell_map = graded_map(case.lattice, case.where, model.plan.part, wanted, cells.frames)
-        layout = cell_layout(cell_map, cells.layout.points, case.lattice.edges, wanted=wanted)
+    layout = graded_layout(
+        case.lattice, case.where, model.plan.part, cells.layout.points, wanted, cells.frames
+    )
     # One scale for filters and reports, whatever the design.
     layout = replace(layout, typical=cells.layout.typical)
     rotation = bond_matrix(cell_axes(layout, homogenised.space))

@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 
 from gradedesign.common.system.progress import counted, report_step
+from gradedesign.design.loop.exported_surface import case_surface
 from gradedesign.design.printing.print_checks import check_printed
 from gradedesign.design.printing.printability import Printability
 from gradedesign.design.printing.wall_thickness import WallThickness, wall_thickness
-from gradedesign.design.resolve.lattice_files import LatticeFile, chord_tolerance, printed_lattice
-from gradedesign.design.resolve.outer_triangles import keeps_outer
+from gradedesign.design.resolve.lattice_files import LatticeFile, printed_lattice
 from gradedesign.design.resolve.stated_lattice import StatedLattice
 from gradedesign.errors import blaming
 from gradedesign.geometry.contour.islands import Islands, refuse_large
 from gradedesign.geometry.formats.printed_lattice import MeasuredField, PrintedLattice, SampledPrint
 from gradedesign.geometry.lattice.lattice import lattice_field
-from gradedesign.geometry.lattice.printed_surface import first_step, printed_surface
+from gradedesign.geometry.lattice.printed_surface import first_step
 from gradedesign.geometry.lattice.slab_density import (
     SlabDensities,
     field_points,
@@ -108,14 +108,7 @@ def _with_surface(stated: StatedLattice) -> StatedPrint:
     """Surface of a lattice without disconnected components, and its densities."""
     case, part, design = stated.case, stated.part.surface, stated.design
     size = case.lattice.cell_size
-    surface, islands, step = printed_surface(
-        design,
-        part,
-        first_step(size, stated.wall),
-        chord_tolerance(case.print),
-        memory=case.run.memory,
-        keep_outer=keeps_outer(case.print),
-    )
+    surface, islands, step = case_surface(case, part, design, first_step(size, stated.wall))
     field = lattice_field(design, band=3 * step, single=True)
     thickness = max(size, design.cell_size)
     depth, _ = solid_layers(design.domain, band=3 * step)

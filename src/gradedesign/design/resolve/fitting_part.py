@@ -13,6 +13,7 @@ from gradedesign.design.printing.build_volume import require_fits
 from gradedesign.design.printing.print_checks import require_voxels_fit
 from gradedesign.design.resolve.default_mesh_size import with_mesh_size
 from gradedesign.design.resolve.free_motions import require_apart, require_supported
+from gradedesign.design.resolve.lattice_files import lattice_files
 from gradedesign.design.resolve.part_readers import part_readers
 from gradedesign.design.resolve.part_repairer import part_repairer
 from gradedesign.design.resolve.predicted_part_mesh import require_mesh_fits
@@ -29,22 +30,27 @@ from gradedesign.mechanics.limits.limit_checks import require_displacements_fit
 def fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
     """The part as read and repaired, if its mesh, cells, supports and limits are possible.
 
-    The case that comes with it states the mesh size, and what planes of symmetry hold.
+    The case that comes with it states the mesh size, and what planes of symmetry hold. Where the
+    density is stated, neither is asked for: nothing is meshed or analysed.
 
     Raises
     ------
     CaseError, PartError, ResourceError, PluginError
         Whatever is wrong, with file, line and key.
     """
+    # A name that is not installed is told before the part is read, which may take seconds.
+    lattice_files(case.output.formats, registry, case.where)
     report_step("reading and repairing the part")
     part = installed_part(case, registry)
+    require_cells_fit(case.lattice, case.part, case.run.memory, case.where, part)
+    if case.lattice.stated:
+        return case, part
     case = case.model_copy(
         update={
             "part": with_mesh_size(case.part, part, case.lattice.cell_size),
             "load_case": with_symmetry(case.load_case, part, case.where),
         }
     )
-    require_cells_fit(case.lattice, case.part, case.run.memory, case.where, part)
     require_mesh_fits(case.part, part, case.run.memory, case.where)
     longest = float(np.ptp(part.surface.vertices, axis=0).max())
     require_displacements_fit(case.limits, case.where, longest)
@@ -74,8 +80,7 @@ def installed_part(case: Case, registry: Registry) -> Part:
 def part_of(case: Case, readers: Mapping[str, Reader], mend: Mend | None = None) -> Part:
     """The part of a case, with the regions and bodies that it names, see `read_part`."""
     named = [(f"keep[{k}].body", keep.body) for k, keep in enumerate(case.keep)]
-    zones = getattr(case, "zone", ())
-    named += [(f"zone[{k}].body", zone.body) for k, zone in enumerate(zones)]
+    named += [(f"zone[{k}].body", zone.body) for k, zone in enumerate(case.zone)]
     return read_part(
         case.part,
         case.region,

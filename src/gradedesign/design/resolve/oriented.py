@@ -18,10 +18,10 @@ from gradedesign.design.resolve.resolve import density_bounds
 from gradedesign.design.resolve.solid_part import dense_stiffness
 from gradedesign.design.resolve.stated_directions import stated_directions
 from gradedesign.errors import CaseError
-from gradedesign.geometry.lattice.cell_layout import cell_layout, layout_warnings
-from gradedesign.geometry.lattice.graded_map import graded_map
+from gradedesign.geometry.lattice.cell_layout import CellLayout, layout_warnings
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
-from gradedesign.geometry.maps.cell_map import CellMap, turned_axes
+from gradedesign.geometry.lattice.placed_layout import graded_layout
+from gradedesign.geometry.maps.cell_map import turned_axes
 from gradedesign.geometry.maps.frame_field import frame_field, principal_angle
 from gradedesign.geometry.maps.local_cells import local_cells
 from gradedesign.geometry.maps.map_report import spread
@@ -52,19 +52,18 @@ def constant_size(size: float) -> Field:
     return lambda points: np.full(np.shape(points)[1:], size)
 
 
-def alignment(
-    rotation: Triple, cell_map: CellMap, tensor_of: Field, points: FloatArray
-) -> dict[str, Any]:
+def alignment(rotation: Triple, layout: CellLayout, tensor_of: Field) -> dict[str, Any]:
     """Angles between the largest principal direction and the nearest cell axis, plain data.
 
     Weighted by the principal value; beside it the same of straight cells, turned by ``rotation``.
     """
+    points = layout.points
     tensor = tensor_of(points)
     start = turned_axes(rotation)
     straight = np.repeat(start[:, :, None], points.shape[1], axis=2)
     report = {}
     for name, axes in (
-        ("angle_degrees", local_cells(cell_map, points).axes),
+        ("angle_degrees", local_cells(layout.cell_map, points).axes),
         ("straight_angle_degrees", straight),
     ):
         angle, weight = principal_angle(axes, tensor)
@@ -100,12 +99,10 @@ def oriented(model: DesignModel) -> DesignModel:
         # The map itself follows from the densities that sizing finds.
         return replace(model, cells=replace(cells, frames=frames))
     wanted = constant_size(case.lattice.edges[0])
-    with locating(case.where, "lattice.orientation"):
-        cell_map = graded_map(case.lattice, case.where, plan.part, wanted, frames)
-        layout = cell_layout(cell_map, cells.layout.points, case.lattice.edges, wanted=wanted)
+    layout = graded_layout(case.lattice, case.where, plan.part, cells.layout.points, wanted, frames)
     report = {
         **layout.report,
-        "orientation": alignment(case.lattice.rotation, cell_map, tensor_of, layout.points),
+        "orientation": alignment(case.lattice.rotation, layout, tensor_of),
     }
     bounds, _ = density_bounds(
         case.lattice, case.print, cells.cell, cells.law, layout.least, case.where

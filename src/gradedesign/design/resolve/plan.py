@@ -20,12 +20,12 @@ from gradedesign.design.resolve.load_balance import (
 )
 from gradedesign.design.resolve.open_loads import open_load_warnings
 from gradedesign.design.resolve.planned_law import PlannedLaw
-from gradedesign.design.resolve.registry import Registry, lookup
+from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.resolve import (
     case_material,
-    cell_parameters,
     planned_densities,
     require_below_yield,
+    stated_family,
 )
 from gradedesign.design.resolve.stated_directions import stated_directions
 from gradedesign.design.resolve.symmetry import SymmetryPlane, symmetry_planes
@@ -35,7 +35,6 @@ from gradedesign.design.resolve.weighted_zones import weighted_zones
 from gradedesign.design.resolve.zones import ResolvedZone, ResolvedZones, resolve_zones
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cell import Cell
-from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.formats.exporter import PlannedPrint
 from gradedesign.geometry.lattice.cell_layout import CellLayout
 from gradedesign.geometry.lattice.component_kind import composed, with_cuts
@@ -155,9 +154,9 @@ def _without_zones(case: Case, registry: Registry) -> Plan:
     """The case as if it had no zones."""
     material = case_material(case.material, registry, case.where)
     yielding = require_below_yield(case.limits, material, case.where)
-    with locating(case.where, "lattice.cell"):
-        family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
-    parameters = cell_parameters(case.lattice.parameters, family, case.where)
+    family, parameters = stated_family(
+        registry, case.where, "lattice", case.lattice.cell, case.lattice.parameters
+    )
     tools = stated_tools(case, registry)
     # Reading comes before what may take seconds: a damaged file is found at once.
     case, part = fitting_part(case, registry)

@@ -13,6 +13,7 @@ from gradedesign.design.resolve.registry import Registry, lookup
 from gradedesign.errors import CaseError, DensityError
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.geometry.cell.shape import complete_parameters
 from gradedesign.geometry.cell.wall_size import density_for_wall
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.maps.size_law import densities_for_sizes
@@ -81,17 +82,20 @@ def require_below_yield(limits: LimitsSpec, material: Material, where: Where) ->
     return (remark,) if remark else ()
 
 
-def cell_parameters(
-    stated: Mapping[str, float], family: CellFamily, where: Where
-) -> dict[str, float]:
-    """Defaults of the family with what the case states."""
-    unknown = sorted(set(stated) - set(family.parameters))
-    if unknown:
-        raise CaseError(
-            f"{where('lattice.parameters')}: {', '.join(unknown)} is no parameter of cell "
-            f"'{family.name}', which has {', '.join(sorted(family.parameters)) or 'none'}"
-        )
-    return {**family.parameters, **stated}
+def stated_family(
+    registry: Registry, where: Where, table: str, name: str, stated: Mapping[str, float]
+) -> tuple[CellFamily, dict[str, float]]:
+    """The cell family that a table of a case names, and its parameters with those stated.
+
+    Raises
+    ------
+    CaseError, PluginError
+        For an unknown family or parameter, with file and line.
+    """
+    with locating(where, f"{table}.cell"):
+        family: CellFamily = lookup(registry, "cell_families", name)
+    with locating(where, f"{table}.parameters"):
+        return family, complete_parameters(family, stated)
 
 
 def density_bounds(

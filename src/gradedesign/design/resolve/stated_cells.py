@@ -13,7 +13,8 @@ from gradedesign.arrays import Field
 from gradedesign.common.values.formula import parse_formula
 from gradedesign.common.values.locate import Where, locating
 from gradedesign.design.case.schema import Case
-from gradedesign.design.resolve.registry import Registry, lookup
+from gradedesign.design.resolve.registry import Registry
+from gradedesign.design.resolve.resolve import stated_family
 from gradedesign.design.resolve.zones import zone_lattice
 from gradedesign.design.resolve.zoning import weights_of_cells
 from gradedesign.errors import CaseError
@@ -21,7 +22,6 @@ from gradedesign.geometry.cell.blend import Scale
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.cells import Cells, cell_increments, cell_pair, row_weights, single
-from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.neck import joining_shift, measure_neck
 from gradedesign.geometry.cell.shape import complete_parameters
 from gradedesign.geometry.cell.wall_size import density_for_wall, wall_mm
@@ -131,10 +131,7 @@ def _incremented(
     lattice: LatticeSpec, spec: ParameterMapSpec, registry: Registry, where: Where
 ) -> Cells:
     """One family at the increments of a parameter."""
-    with locating(where, "lattice.cell"):
-        family: CellFamily = lookup(registry, "cell_families", lattice.cell)
-    with locating(where, "lattice.parameters"):
-        complete_parameters(family, lattice.parameters)
+    family, _ = stated_family(registry, where, "lattice", lattice.cell, lattice.parameters)
     with locating(where, "lattice.parameter_map.parameter"):
         return cell_increments(
             family, lattice.parameters, spec.parameter, spec.values, spec.increments
@@ -312,10 +309,7 @@ def thinnest_wall(cells: Cells, density: float, size: float) -> float:
 def _calibrated(
     where: Where, registry: Registry, key: str, name: str, stated: Mapping[str, float]
 ) -> Cell:
-    with locating(where, f"{key}.cell"):
-        family: CellFamily = lookup(registry, "cell_families", name)
-    with locating(where, f"{key}.parameters"):
-        parameters = complete_parameters(family, stated)
+    family, parameters = stated_family(registry, where, key, name, stated)
     with locating(where, f"{key}.cell"):
         return calibrate(family, parameters)
 

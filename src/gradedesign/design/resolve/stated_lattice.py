@@ -10,7 +10,6 @@ from gradedesign.common.system.progress import report_step
 from gradedesign.common.values.locate import Where
 from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.component_place import component_place
-from gradedesign.design.resolve.fitting_part import installed_part
 from gradedesign.design.resolve.lattice_files import LatticeFile, lattice_files, require_writable
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.resolve import case_material
@@ -21,15 +20,13 @@ from gradedesign.design.resolve.stated_cells import (
     thinnest_wall,
 )
 from gradedesign.design.resolve.stated_density import stated_density
-from gradedesign.design.resolve.stated_map import stated_map
+from gradedesign.design.resolve.stated_layout import stated_layout
 from gradedesign.geometry.cell.cells import Cells
 from gradedesign.geometry.formats.exporter import PlannedPrint
 from gradedesign.geometry.lattice.component_kind import composed, with_cuts
 from gradedesign.geometry.lattice.components.zone import Zones, require_zones_used
 from gradedesign.geometry.lattice.density_source import DensitySource
 from gradedesign.geometry.lattice.lattice import LatticeDesign
-from gradedesign.geometry.lattice.part_room import require_cells_fit, require_lattice_left
-from gradedesign.geometry.lattice.placed_map import lattice_points
 from gradedesign.geometry.part.part import Part
 from gradedesign.mechanics.limits.limits_schema import LimitsSpec
 from gradedesign.mechanics.material.material import Material
@@ -69,22 +66,6 @@ class StatedLattice:
     warnings: tuple[str, ...]
 
 
-def stated_part(case: Case, registry: Registry) -> Part:
-    """The part as read and repaired, if it fits the printer and its cells the part.
-
-    Raises
-    ------
-    CaseError, PartError, ResourceError, PluginError
-        Whatever is wrong, with file, line and key.
-    """
-    # A name that is not installed is told before the part is read, which may take seconds.
-    lattice_files(case.output.formats, registry, case.where)
-    report_step("reading and repairing the part")
-    part = installed_part(case, registry)
-    require_cells_fit(case.lattice, case.part, case.run.memory, case.where, part)
-    return part
-
-
 def stated_lattice(
     case: Case, registry: Registry, part: Part, source: DensitySource | None = None
 ) -> StatedLattice:
@@ -111,11 +92,10 @@ def stated_lattice(
     density = stated_density(
         case, source, domain=domain, window=cells.window, level_of=cells.level_of
     )
-    points = lattice_points(domain)
-    require_lattice_left(case.where, points, domain)
+    layout = stated_layout(case, part, cells.members[0], density, domain)
+    cell_map = layout.cell_map
     for zones in domain.of(Zones):
-        require_zones_used(case.where, zones, points)
-    cell_map, report = stated_map(case, part, cells.members[0], density, domain.distance, points)
+        require_zones_used(case.where, zones, layout.points)
     placed, transition = placed_cells(case, cells, cell_map, density=density, domain=domain)
     design = LatticeDesign(
         domain=domain, cells=placed, cell_map=cell_map, cell_size=cell_map.size, density=density
@@ -137,7 +117,7 @@ def stated_lattice(
         wall=thinnest_wall(cells, least_density(design.density), case.lattice.cell_size),
         material=material,
         formats=formats,
-        cell_map=report,
+        cell_map=layout.report,
         transition=transition,
         warnings=(
             *case.warnings,

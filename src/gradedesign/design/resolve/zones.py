@@ -10,15 +10,14 @@ from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.values.locate import Where, locating
 from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.planned_law import PlannedLaw
-from gradedesign.design.resolve.registry import Registry, lookup
-from gradedesign.design.resolve.resolve import cell_parameters, planned_densities
+from gradedesign.design.resolve.registry import Registry
+from gradedesign.design.resolve.resolve import planned_densities, stated_family
 from gradedesign.design.resolve.zoning import weights_of_cells
 from gradedesign.errors import CaseError, LatticeError
 from gradedesign.geometry.cell.blend import Scale
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.cells import Cells, cell_pair, largest_two, single
-from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.neck import joining_shift, measure_neck
 from gradedesign.geometry.lattice.cell_layout import CellLayout
 from gradedesign.geometry.lattice.components.zone import Zones, require_zones_used
@@ -168,9 +167,9 @@ def _resolved_zone(
 ) -> tuple[ResolvedZone, list[str]]:
     """Cell, planned law and densities of a zone's own lattice."""
     lattice, where = own
+    family, parameters = stated_family(registry, where, "lattice", lattice.cell, lattice.parameters)
     with locating(where, "lattice.cell"):
-        family: CellFamily = lookup(registry, "cell_families", lattice.cell)
-        cell = calibrate(family, cell_parameters(lattice.parameters, family, where))
+        cell = calibrate(family, parameters)
     law, bounds, narrowed = planned_densities(
         lattice, case.limits, case.print, registry, cell, least, where,
         poissons_ratio=poissons_ratio,

@@ -7,6 +7,7 @@ import platform
 from importlib import metadata
 from typing import Any
 
+from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.load_balance import load_case_data
 from gradedesign.design.resolve.registry import Registry
@@ -15,6 +16,7 @@ from gradedesign.design.resolve.size_effects import why_periodic
 from gradedesign.design.resolve.symmetry import symmetry_data
 from gradedesign.design.verdict.zones import zone_data
 from gradedesign.geometry.part.file_body import file_body_data
+from gradedesign.geometry.part.part import Part
 from gradedesign.mechanics.limits.verdict import unsure_words
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
@@ -33,15 +35,29 @@ def solid_mass(part: HomogenisedModel) -> float:
     return float(part.volumes.sum()) * part.material.density * 1e6
 
 
+def case_entries(
+    case: Case, part: Part, material: Material | None, registry: Registry
+) -> dict[str, Any]:
+    """Entries of a `RunResult` on the case, its part and what read it."""
+    return {
+        "repairs": part.report.changes,
+        "file_bodies": file_body_data(part.file_bodies),
+        "plugins": tuple(str(p) for p in registry.plugins),
+        "versions": library_versions(),
+        "case_hash": case.case_hash,
+        "case_name": case.name,
+        "material": {} if material is None else material_data(material),
+    }
+
+
 def common_entries(model: DesignModel, registry: Registry) -> dict[str, Any]:
     """Entries of a `RunResult` that follow from the case alone."""
     plan, cells, case = model.plan, model.cells, model.plan.case
-    law, part, mass = cells.law, plan.part, solid_mass(model.homogenised)
+    law, mass = cells.law, solid_mass(model.homogenised)
     return {
         "solid_mass_g": mass,
         "solid": model.solid,
-        "repairs": part.report.changes,
-        "file_bodies": file_body_data(part.file_bodies),
+        **case_entries(case, plan.part, plan.material, registry),
         "symmetry": symmetry_data(plan.symmetry, mass),
         "yields": model.solid_yields,
         "warnings": (
@@ -50,12 +66,7 @@ def common_entries(model: DesignModel, registry: Registry) -> dict[str, Any]:
             *model.warnings,
             *registry.notes,
         ),
-        "plugins": tuple(str(p) for p in registry.plugins),
-        "versions": library_versions(),
-        "case_hash": case.case_hash,
-        "case_name": case.name,
         "load_cases": load_case_data(case.load_case, plan.balances),
-        "material": material_data(plan.material),
         "budget": {
             "time_s": case.run.time,
             "max_iterations": case.run.max_iterations,

@@ -13,7 +13,7 @@ from gradedesign.design.printing.print_schema import PrintSpec
 from gradedesign.design.resolve.outer_triangles import outer_data
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.stated_lattice import StatedLattice
-from gradedesign.design.verdict.common import library_versions, material_data
+from gradedesign.design.verdict.common import case_entries
 from gradedesign.design.verdict.density_warnings import BesideCells, density_warnings
 from gradedesign.design.verdict.printable import thickness_data, with_print_limits
 from gradedesign.design.verdict.result import RunResult
@@ -21,7 +21,6 @@ from gradedesign.geometry.contour.islands import islands_words
 from gradedesign.geometry.lattice.joint_volume import joint_volume
 from gradedesign.geometry.lattice.printed_surface import VOLUME_ERROR
 from gradedesign.geometry.lattice.slab_density import SlabDensities, total
-from gradedesign.geometry.part.file_body import file_body_data
 
 #: Note in the result in place of the measures of the surface.
 _NO_SURFACE = (
@@ -77,16 +76,10 @@ def stated_result(registry: Registry, stated: StatedLattice, made: StatedPrint) 
             **thickness_data(surface.thickness),
             **outer_data(case.print, case.part.file, part.surface),
         },
-        repairs=part.report.changes,
-        file_bodies=file_body_data(part.file_bodies),
         warnings=tuple(dict.fromkeys(warnings)),
-        plugins=tuple(str(p) for p in registry.plugins),
-        versions=library_versions(),
-        case_hash=case.case_hash,
-        case_name=case.name,
-        material={} if material is None else material_data(material),
         mass_g=None if heavy is None else volume * heavy * 1e6,
         solid_mass_g=None if heavy is None else part.volume * heavy * 1e6,
+        **case_entries(case, part, material, registry),
     )
     printability = None if surface is None else surface.printability
     return with_print_limits(result, case.print, printability, material)

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from gradedesign.arrays import Field, FloatArray
+from gradedesign.arrays import Field
 from gradedesign.common.values.locate import Where, locating
 from gradedesign.errors import CaseError
-from gradedesign.geometry.lattice.domain import LATTICE, DesignDomain, phase_at
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.maps.cell_map import CellMap, turned_axes, uniform_map
 from gradedesign.geometry.maps.cell_map_schema import CellMapSpec
 from gradedesign.geometry.maps.conformal_map import conformal_map, layered_map
 from gradedesign.geometry.maps.cylindrical_map import cylindrical_map
-from gradedesign.geometry.maps.map_report import volume_points
 from gradedesign.geometry.maps.spherical_map import spherical_map
 from gradedesign.geometry.maps.warp_map import MorphingSphere, warp_map
 from gradedesign.geometry.part.part import Part
@@ -63,15 +61,6 @@ def _warped(lattice: LatticeSpec, where: Where, cell_map: CellMap) -> CellMap:
         return cell_map
     with locating(where, "lattice.warp"):
         return warp_map(cell_map, spheres)
-
-
-def lattice_points(domain: DesignDomain) -> FloatArray:
-    """Points that fill the part evenly where it is lattice, not skin or passive, ``(3, n)``.
-
-    Empty where no place is left.
-    """
-    points = volume_points(domain.distance, domain.lower, domain.upper, REPORT_POINTS)
-    return points[:, phase_at(domain, points) == LATTICE]
 
 
 def _map_of_kind(spec: LatticeSpec, part: Part, distance: Field) -> CellMap:

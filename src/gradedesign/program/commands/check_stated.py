@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.design.case.schema import Case
+from gradedesign.design.resolve.fitting_part import fitting_part
 from gradedesign.design.resolve.registry import Registry
-from gradedesign.design.resolve.stated_lattice import StatedLattice, stated_lattice, stated_part
+from gradedesign.design.resolve.stated_lattice import StatedLattice, stated_lattice
 from gradedesign.design.verdict.stated_result import cell_data
 from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.density_grid import DensityGrid
@@ -38,7 +39,7 @@ def check_stated(case: Case, registry: Registry, *, estimate: bool, as_json: boo
             f"stated; leave it out, or state density = [lowest, highest]"
         )
     with ProgressLines("check", err=True):
-        stated = stated_lattice(case, registry, stated_part(case, registry))
+        stated = stated_lattice(case, registry, fitting_part(case, registry)[1])
     if as_json:
         print_json(_data(stated))
         return 0

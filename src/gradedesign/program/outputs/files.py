@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -13,28 +13,33 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.atomic import replacing_path
 from gradedesign.common.system.progress import report_step
+from gradedesign.design.case.schema import Case
 from gradedesign.design.loop.announce import Announcer
+from gradedesign.design.loop.exported_surface import case_surface
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.iteration_steps import build_design, density_grid
+from gradedesign.design.loop.stated_print import StatedPrint
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.lattice_files import (
     STL_NAME,
-    chord_tolerance,
     crossing_warnings,
     printed_lattice,
 )
-from gradedesign.design.resolve.outer_triangles import keeps_outer, outer_records
+from gradedesign.design.resolve.outer_triangles import outer_records
 from gradedesign.design.resolve.plan import Plan
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.solid import unjudged_share
+from gradedesign.design.resolve.stated_lattice import StatedLattice
 from gradedesign.design.resolve.thinnest_wall import thinnest_wall
 from gradedesign.design.verdict.computed import Computed, computed_fields
 from gradedesign.design.verdict.result import RunResult, as_json
 from gradedesign.design.verdict.shown import Shown
 from gradedesign.errors import blaming
 from gradedesign.geometry.contour.islands import islands_words
+from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign
-from gradedesign.geometry.lattice.printed_surface import first_step, printed_surface
+from gradedesign.geometry.lattice.printed_surface import first_step
+from gradedesign.geometry.lattice.slab_density import SlabDensities
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.mechanics.explicit.correction import Correction
 from gradedesign.mechanics.explicit.explicit import governing_load_case
@@ -57,6 +62,7 @@ from gradedesign.program.pictures.pictures import (
 from gradedesign.program.store.run_folder import RunFolder
 
 RESULT_NAME = "result.json"
+_SLABS_NAME = "slabs.csv"
 
 
 def write_result(out: RunFolder, result: RunResult) -> None:
@@ -74,8 +80,82 @@ def write_outputs(
 ) -> RunResult:
     """Write the files of what was computed, and return the result with their names."""
     plan, part, case = model.plan, model.homogenised, model.plan.case
-    files: dict[str, str] = {}
     shown, rho = computed.shown, computed.rho
+
+    def drawn(files: dict[str, str]) -> Iterator[str]:
+        yield from _loads_picture(out, plan, unjudged_share(part, plan.support_zones), files)
+        if computed.density is not None:
+            yield from _density_picture(out, part, computed.density, files)
+        if shown is not None:
+            yield from _exported_files(out, plan, shown.surface, shown.analysed.design, files)
+            yield from _lattice_pictures(out, plan, shown, files)
+        elif rho is not None and case.run.stop_after == "lattice":
+            yield from _unjudged_lattice(out, model, rho, files)
+        out.write_text("iterations.csv", iteration_log(result.iterations))
+        files["log"] = "iterations.csv"
+
+    def with_fields(run: FinishedRun) -> FinishedRun:
+        return replace(
+            run,
+            fields=partial(computed_fields, part, model.solutions, computed),
+            models=partial(
+                analysed_models,
+                model,
+                rho=computed.density,
+                correction=_learned(computed.iterations, computed.density),
+                printed=shown,
+            ),
+            no_model=without_model(shown),
+        )
+
+    printed = [STL_NAME, *(file.name for file in plan.tools.files)]
+    return _finish((out, registry, announce), case, result, printed, drawn, with_fields)
+
+
+def write_stated(
+    to: tuple[RunFolder, Registry, Announcer],
+    stated: StatedLattice,
+    made: StatedPrint,
+    result: RunResult,
+) -> RunResult:
+    """The same for a lattice of stated density, of which the densities by slabs are a file too."""
+    (out, _, _), case, formats = to, stated.case, stated.formats
+
+    def drawn(files: dict[str, str]) -> Iterator[str]:
+        files |= write_lattice_files(out, formats, made.lattice)
+        if made.surface is not None:
+            title = f"{case.lattice.cell}, cells of {case.lattice.size_words}"
+            yield from crossing_warnings(made.lattice.surface)
+            yield from _lattice_picture(
+                out, made.lattice.surface, stated.design.domain, files, title=title
+            )
+        out.write_text(_SLABS_NAME, _slab_table(made.slabs))
+        files["slabs"] = _SLABS_NAME
+
+    return _finish(to, case, result, [file.name for file in formats], drawn)
+
+
+def _finish(
+    to: tuple[RunFolder, Registry, Announcer],
+    case: Case,
+    result: RunResult,
+    printed: Sequence[str],
+    drawn: Callable[[dict[str, str]], Iterable[str]],
+    with_more: Callable[[FinishedRun], FinishedRun] = lambda run: run,
+) -> RunResult:
+    """Write files, the outputs that a case asks for and result.json.
+
+    Parameters
+    ----------
+    printed : sequence of str
+        Names of the files of the printed lattice.
+    drawn : callable
+        Writes the files of the run, enters them by their keys, and gives its warnings.
+    with_more : callable
+        Adds what outputs may read.
+    """
+    out, registry, announce = to
+    files: dict[str, str] = {}
     warnings: list[str] = list(result.warnings)
     outputs = stated_outputs(case.output.formats, registry)
 
@@ -88,35 +168,14 @@ def write_outputs(
             timing_s=announce.timing(),
         )
 
-    run = finished_run(out, case.path, files, current)
-    run = replace(
-        run,
-        fields=partial(computed_fields, part, model.solutions, computed),
-        models=partial(
-            analysed_models,
-            model,
-            rho=computed.density,
-            correction=_learned(computed.iterations, computed.density),
-            printed=shown,
-        ),
-        no_model=without_model(shown),
-    )
+    run = with_more(finished_run(out, case.path, files, current))
     with announce.stage("output"):
-        warnings += _loads_picture(out, plan, unjudged_share(part, plan.support_zones), files)
+        warnings += drawn(files)
         for output in outputs:
             if not output.last:
                 warnings += output.write(run)
-        if computed.density is not None:
-            warnings += _density_picture(out, part, computed.density, files)
-        if shown is not None:
-            warnings += _exported_files(out, plan, shown.surface, shown.analysed.design, files)
-            warnings += _lattice_pictures(out, plan, shown, files)
-        elif rho is not None and case.run.stop_after == "lattice":
-            warnings += _unjudged_lattice(out, model, rho, files)
-    files |= {"log": "iterations.csv", "result": RESULT_NAME}
-    printed = [STL_NAME, *(file.name for file in plan.tools.files)]
+    files["result"] = RESULT_NAME
     result = stamped(out, case.part, result, printed)
-    out.write_text("iterations.csv", iteration_log(result.iterations))
     for output in outputs:
         if output.last:
             warnings += output.write(run)
@@ -211,9 +270,9 @@ def _lattice_pictures(
     result = shown.analysed.result
     load_case = governing_load_case(result)
     fields, solid = shown.fields, shown.analysed.solid
-    files |= {"lattice": "lattice.png", "stress": "stress.png", "deformed": "deformed.png"}
+    files |= {"stress": "stress.png", "deformed": "deformed.png"}
     warnings = [
-        *picture_lattice(out.path_of("lattice.png"), shown.surface, opened=plan.domain.closed),
+        *_lattice_picture(out, shown.surface, plan.domain, files),
         *picture_stress(
             out.path_of("stress.png"),
             fields.surface,
@@ -229,35 +288,38 @@ def _lattice_pictures(
             title=f"Deformed lattice, load case {load_case}",
         ),
     ]
-    for name in ("lattice", "stress", "deformed"):
+    for name in ("stress", "deformed"):
         _adopt_drawn(out, files, name)
     return tuple(warnings)
 
 
 def _unjudged_lattice(
     out: RunFolder, model: DesignModel, rho: FloatArray, files: dict[str, str]
-) -> tuple[str, ...]:
+) -> Iterator[str]:
     """Surface of a design that no analysis has judged."""
     plan, cells = model.plan, model.cells
     density = density_grid(model, rho)
     design = build_design(plan.domain, cells, density)
     thinnest, _ = thinnest_wall(model.homogenised, cells, density)
-    step = first_step(cells.layout.least, thinnest)
     case, part = plan.case, plan.part.surface
-    surface, islands, _ = printed_surface(
-        design,
-        part,
-        step,
-        chord_tolerance(case.print),
-        memory=case.run.memory,
-        keep_outer=keeps_outer(case.print),
-    )
+    surface, islands, _ = case_surface(case, part, design, first_step(cells.layout.least, thinnest))
     write_printed(out, surface, outer_records(case.print, case.part.file, part))
-    warnings = _exported_files(out, plan, surface, design, files)
+    yield from _exported_files(out, plan, surface, design, files)
+    yield from _lattice_picture(out, surface, plan.domain, files)
+    yield from islands_words(islands.dropped, islands.dropped_share)
+
+
+def _lattice_picture(
+    out: RunFolder,
+    surface: SurfaceMesh,
+    domain: DesignDomain,
+    files: dict[str, str],
+    **options: str,
+) -> tuple[str, ...]:
     files["lattice"] = "lattice.png"
-    warnings += picture_lattice(out.path_of("lattice.png"), surface, opened=plan.domain.closed)
+    warnings = picture_lattice(out.path_of("lattice.png"), surface, opened=domain.closed, **options)
     _adopt_drawn(out, files, "lattice")
-    return (*warnings, *islands_words(islands.dropped, islands.dropped_share))
+    return warnings
 
 
 def _exported_files(
@@ -290,3 +352,16 @@ def _adopt_drawn(out: RunFolder, files: dict[str, str], name: str) -> None:
         out.adopt(files[name])
     else:
         del files[name]
+
+
+def _slab_table(slabs: Sequence[SlabDensities]) -> str:
+    """One line per slab, comma separated, units in the header."""
+    lines = [f"axis,from_mm,to_mm,part_mm3,target,field,{slabs[0].measured_on}"]
+    for s in slabs:
+        for n in range(len(s.target)):
+            numbers = (
+                *(s.edges[n], s.edges[n + 1], s.part_volume[n]),
+                *(s.target[n], s.field[n], s.surface[n]),
+            )
+            lines.append(",".join(["xyz"[s.axis], *(f"{v:.6g}" for v in numbers)]))
+    return "\n".join(lines) + "\n"

@@ -9,11 +9,10 @@ from small_parts import WALLS
 from gradedesign.design.case.read_case import load_case
 from gradedesign.design.resolve.fitting_part import part_of
 from gradedesign.design.resolve.stated_density import stated_density
-from gradedesign.design.resolve.stated_map import stated_map
+from gradedesign.design.resolve.stated_layout import stated_layout
 from gradedesign.errors import CaseError, DensityError, LatticeError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.family import CellFamily
-from gradedesign.geometry.lattice.placed_map import lattice_points
 from gradedesign.geometry.part.part_mesh import box_part_mesh
 from gradedesign.geometry.tets.tet_mesh import centroids
 
@@ -42,8 +41,8 @@ def mapped(folder, text, family=WALLS):
         window=calibration.window,
         level_of=calibration.level_of,
     )
-    points = lattice_points(domain)
-    return stated_map(case, part, calibration, density, domain.distance, points)
+    layout = stated_layout(case, part, calibration, density, domain)
+    return layout.cell_map, layout.report
 
 
 def test_a_straight_grid_has_one_size_and_no_shear(tmp_path):
