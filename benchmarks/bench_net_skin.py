@@ -81,14 +81,15 @@ def net_pieces(folder):
     that share a face.
     """
     from gradedesign.design.case.read_case import load_case
+    from gradedesign.design.resolve.fitting_part import fitting_part
     from gradedesign.design.resolve.lattice_files import printed_lattice
-    from gradedesign.design.resolve.stated_lattice import stated_lattice, stated_part
+    from gradedesign.design.resolve.stated_lattice import stated_lattice
     from gradedesign.program.host.registry import build_registry
     from gradedesign_layers.dense_lattice import dense_lattice
     from gradedesign_layers.layers import _slice_at
 
     registry, case = build_registry(), load_case(folder)
-    stated = stated_lattice(case, registry, stated_part(case, registry))
+    stated = stated_lattice(case, registry, fitting_part(case, registry)[1])
     part, design = stated.part, stated.design
     (net,) = design.domain.on_cells
 

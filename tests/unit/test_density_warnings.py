@@ -10,7 +10,7 @@ from gradedesign.design.case.read_case import load_case
 from gradedesign.design.verdict.density_warnings import BesideCells, density_warnings
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.slab_density import SlabDensities
-from gradedesign.program.outputs import files
+from gradedesign.program.outputs import drawn_files
 
 CASE = """\
 [case]
@@ -29,7 +29,7 @@ ROD = '[[keep]]\ncylinder = {diameter = "4 mm", point = ["0 mm", "6 mm", "6 mm"]
 
 @pytest.mark.parametrize("kept", ["", ROD], ids=["lattice alone", "rod along struts"])
 def test_a_rod_along_struts_is_told_to_take_their_density(kept, tmp_path, cli, monkeypatch):
-    monkeypatch.setattr(files, "picture_lattice", lambda *_, **__: ())
+    monkeypatch.setattr(drawn_files, "picture_lattice", lambda *_, **__: ())
     (tmp_path / "case.toml").write_text(CASE + kept, encoding="utf-8")
     ended = cli("run", tmp_path, "-o", tmp_path / "out")
     assert ended.code == 0, ended.err

@@ -22,7 +22,7 @@ from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.program.commands.check_data import kept_solids
 from gradedesign.program.host.registry import build_registry
-from gradedesign.program.outputs import files
+from gradedesign.program.outputs import drawn_files
 from gradedesign.program.pictures.marks import region_marks
 
 READERS = {".stl": read_stl}
@@ -221,7 +221,7 @@ def test_finite_cells_lay_their_grid_on_faces_of_a_box_in_the_part(tmp_path):
 
 
 def test_generate_prints_a_flush_volume_solid(tmp_path, cli, monkeypatch):
-    monkeypatch.setattr(files, "picture_lattice", lambda *_, **__: ())
+    monkeypatch.setattr(drawn_files, "picture_lattice", lambda *_, **__: ())
     (tmp_path / "case.toml").write_text(
         '[case]\nname = "flush"\n[part]\nbox = ["12 mm", "4 mm", "4 mm"]\n[lattice]\n'
         'cell = "gyroid-sheet"\nsize = "4 mm"\ndensity = 0.3\n'

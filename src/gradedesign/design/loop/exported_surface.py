@@ -8,8 +8,8 @@ from typing import TypeAlias
 import numpy as np
 
 from gradedesign.common.system.progress import report_step
-from gradedesign.design.case.schema import Case
 from gradedesign.design.loop.analysed import Analysed
+from gradedesign.design.printing.print_schema import PrintSpec
 from gradedesign.design.resolve.lattice_files import chord_tolerance
 from gradedesign.design.resolve.outer_triangles import keeps_outer, outer_records
 from gradedesign.design.resolve.plan import Plan
@@ -52,7 +52,7 @@ def export_surface(
     size = analysed.result.solved.division.surface_size
     step = _SURFACE_PER_SPACING * size
     case, part = plan.case, plan.part.surface
-    surface, islands, _ = case_surface(case, part, analysed.design, step)
+    surface, islands, _ = case_surface(case.print, case.run.memory, part, analysed.design, step)
     report_step("writing and reading back the surface")
     back, digest = written_back(surface, outer_records(case.print, case.part.file, part))
     volume, meshed = require_closed(back), analysed.result.volume
@@ -66,12 +66,14 @@ def export_surface(
 
 
 def case_surface(
-    case: Case, part: SurfaceMesh, design: LatticeDesign, step: float
+    spec: PrintSpec | None, memory: int, part: SurfaceMesh, design: LatticeDesign, step: float
 ) -> tuple[SurfaceMesh, Islands, float]:
-    """`printed_surface` as ``[print]`` and ``[run]`` ask for it.
+    """`printed_surface` as ``[print]`` asks for it.
 
     Parameters
     ----------
+    memory : int, bytes
+        That it may take.
     step : float, mm
         Of the contour; it may be finer.
 
@@ -84,7 +86,7 @@ def case_surface(
         design,
         part,
         step,
-        chord_tolerance(case.print),
-        memory=case.run.memory,
-        keep_outer=keeps_outer(case.print),
+        chord_tolerance(spec),
+        memory=memory,
+        keep_outer=keeps_outer(spec),
     )

@@ -108,7 +108,9 @@ def _with_surface(stated: StatedLattice) -> StatedPrint:
     """Surface of a lattice without disconnected components, and its densities."""
     case, part, design = stated.case, stated.part.surface, stated.design
     size = case.lattice.cell_size
-    surface, islands, step = case_surface(case, part, design, first_step(size, stated.wall))
+    surface, islands, step = case_surface(
+        case.print, case.run.memory, part, design, first_step(size, stated.wall)
+    )
     field = lattice_field(design, band=3 * step, single=True)
     thickness = max(size, design.cell_size)
     depth, _ = solid_layers(design.domain, band=3 * step)

@@ -7,7 +7,7 @@ import platform
 from importlib import metadata
 from typing import Any
 
-from gradedesign.design.case.schema import Case
+from gradedesign.design.case.schema import CaseName
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.load_balance import load_case_data
 from gradedesign.design.resolve.registry import Registry
@@ -36,7 +36,7 @@ def solid_mass(part: HomogenisedModel) -> float:
 
 
 def case_entries(
-    case: Case, part: Part, material: Material | None, registry: Registry
+    case: CaseName, part: Part, material: Material | None, registry: Registry
 ) -> dict[str, Any]:
     """Entries of a `RunResult` on the case, its part and what read it."""
     return {
@@ -44,7 +44,7 @@ def case_entries(
         "file_bodies": file_body_data(part.file_bodies),
         "plugins": tuple(str(p) for p in registry.plugins),
         "versions": library_versions(),
-        "case_hash": case.case_hash,
+        "case_hash": case.hash,
         "case_name": case.name,
         "material": {} if material is None else material_data(material),
     }
@@ -57,7 +57,7 @@ def common_entries(model: DesignModel, registry: Registry) -> dict[str, Any]:
     return {
         "solid_mass_g": mass,
         "solid": model.solid,
-        **case_entries(case, plan.part, plan.material, registry),
+        **case_entries(case.named, plan.part, plan.material, registry),
         "symmetry": symmetry_data(plan.symmetry, mass),
         "yields": model.solid_yields,
         "warnings": (

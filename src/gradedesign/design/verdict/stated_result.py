@@ -79,7 +79,7 @@ def stated_result(registry: Registry, stated: StatedLattice, made: StatedPrint) 
         warnings=tuple(dict.fromkeys(warnings)),
         mass_g=None if heavy is None else volume * heavy * 1e6,
         solid_mass_g=None if heavy is None else part.volume * heavy * 1e6,
-        **case_entries(case, part, material, registry),
+        **case_entries(case.named, part, material, registry),
     )
     printability = None if surface is None else surface.printability
     return with_print_limits(result, case.print, printability, material)

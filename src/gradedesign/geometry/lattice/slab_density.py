@@ -267,3 +267,16 @@ def _means(
             f"{points.max(axis=1).tolist()} mm"
         )
     return target / inside, solid / inside
+
+
+def slab_table(slabs: Sequence[SlabDensities]) -> str:
+    """One line per slab, comma separated, units in the header."""
+    lines = [f"axis,from_mm,to_mm,part_mm3,target,field,{slabs[0].measured_on}"]
+    for s in slabs:
+        for n in range(len(s.target)):
+            numbers = (
+                *(s.edges[n], s.edges[n + 1], s.part_volume[n]),
+                *(s.target[n], s.field[n], s.surface[n]),
+            )
+            lines.append(",".join(["xyz"[s.axis], *(f"{v:.6g}" for v in numbers)]))
+    return "\n".join(lines) + "\n"

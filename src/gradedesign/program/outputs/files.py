@@ -33,32 +33,24 @@ from gradedesign.design.resolve.stated_lattice import StatedLattice
 from gradedesign.design.resolve.thinnest_wall import thinnest_wall
 from gradedesign.design.verdict.computed import Computed, computed_fields
 from gradedesign.design.verdict.result import RunResult, as_json
-from gradedesign.design.verdict.shown import Shown
 from gradedesign.errors import blaming
 from gradedesign.geometry.contour.islands import islands_words
-from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign
 from gradedesign.geometry.lattice.printed_surface import first_step
-from gradedesign.geometry.lattice.slab_density import SlabDensities
+from gradedesign.geometry.lattice.slab_density import slab_table
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.mechanics.explicit.correction import Correction
-from gradedesign.mechanics.explicit.explicit import governing_load_case
-from gradedesign.mechanics.explicit.support_zones import evaluated_at
-from gradedesign.mechanics.limits.local_stress import allowed_stress
-from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 from gradedesign.program.outputs.analysed_models import analysed_models, without_model
+from gradedesign.program.outputs.drawn_files import (
+    density_picture,
+    lattice_picture,
+    lattice_pictures,
+    loads_picture,
+)
 from gradedesign.program.outputs.iteration_log import iteration_log
 from gradedesign.program.outputs.output import FinishedRun, Output
 from gradedesign.program.outputs.printed_files import write_lattice_files, write_printed
 from gradedesign.program.outputs.provenance import stamped
-from gradedesign.program.pictures.marks import action_marks, loads_note, region_marks
-from gradedesign.program.pictures.pictures import (
-    picture_deformed,
-    picture_density,
-    picture_lattice,
-    picture_loads,
-    picture_stress,
-)
 from gradedesign.program.store.run_folder import RunFolder
 
 RESULT_NAME = "result.json"
@@ -83,12 +75,12 @@ def write_outputs(
     shown, rho = computed.shown, computed.rho
 
     def drawn(files: dict[str, str]) -> Iterator[str]:
-        yield from _loads_picture(out, plan, unjudged_share(part, plan.support_zones), files)
+        yield from loads_picture(out, plan, unjudged_share(part, plan.support_zones), files)
         if computed.density is not None:
-            yield from _density_picture(out, part, computed.density, files)
+            yield from density_picture(out, part, computed.density, files)
         if shown is not None:
             yield from _exported_files(out, plan, shown.surface, shown.analysed.design, files)
-            yield from _lattice_pictures(out, plan, shown, files)
+            yield from lattice_pictures(out, plan, shown, files)
         elif rho is not None and case.run.stop_after == "lattice":
             yield from _unjudged_lattice(out, model, rho, files)
         out.write_text("iterations.csv", iteration_log(result.iterations))
@@ -126,10 +118,10 @@ def write_stated(
         if made.surface is not None:
             title = f"{case.lattice.cell}, cells of {case.lattice.size_words}"
             yield from crossing_warnings(made.lattice.surface)
-            yield from _lattice_picture(
+            yield from lattice_picture(
                 out, made.lattice.surface, stated.design.domain, files, title=title
             )
-        out.write_text(_SLABS_NAME, _slab_table(made.slabs))
+        out.write_text(_SLABS_NAME, slab_table(made.slabs))
         files["slabs"] = _SLABS_NAME
 
     return _finish(to, case, result, [file.name for file in formats], drawn)
@@ -238,61 +230,6 @@ def _learned(iterations: Sequence[DesignIteration], rho: FloatArray | None) -> C
     return next(corrections, Correction())
 
 
-def _loads_picture(
-    out: RunFolder, plan: Plan, unjudged: float, files: dict[str, str]
-) -> tuple[str, ...]:
-    case, files["loads"] = plan.case, "loads.png"
-    warnings = picture_loads(
-        out.path_of("loads.png"),
-        plan.part.surface,
-        region_marks(case.load_case, plan.part, plan.domain, plan.support_zones),
-        action_marks(case.load_case, plan.part),
-        note=loads_note(case.load_case, plan.support_zones, unjudged),
-    )
-    _adopt_drawn(out, files, "loads")
-    return warnings
-
-
-def _density_picture(
-    out: RunFolder, part: HomogenisedModel, rho: FloatArray, files: dict[str, str]
-) -> tuple[str, ...]:
-    shown = np.where(part.solid_fraction >= 1.0, 1.0, rho)
-    files["density"] = "density.png"
-    warnings = picture_density(out.path_of("density.png"), part.space.mesh, shown)
-    _adopt_drawn(out, files, "density")
-    return warnings
-
-
-def _lattice_pictures(
-    out: RunFolder, plan: Plan, shown: Shown, files: dict[str, str]
-) -> tuple[str, ...]:
-    """Pictures of the lattice."""
-    result = shown.analysed.result
-    load_case = governing_load_case(result)
-    fields, solid = shown.fields, shown.analysed.solid
-    files |= {"stress": "stress.png", "deformed": "deformed.png"}
-    warnings = [
-        *_lattice_picture(out, shown.surface, plan.domain, files),
-        *picture_stress(
-            out.path_of("stress.png"),
-            fields.surface,
-            fields.von_mises,
-            limit=allowed_stress(plan.case.limits, plan.material),
-            unjudged=~evaluated_at(fields.surface.vertices.T, solid.support_zones),
-            title=f"Stress of the lattice, load case {load_case}",
-        ),
-        *picture_deformed(
-            out.path_of("deformed.png"),
-            fields.surface,
-            fields.displacement,
-            title=f"Deformed lattice, load case {load_case}",
-        ),
-    ]
-    for name in ("stress", "deformed"):
-        _adopt_drawn(out, files, name)
-    return tuple(warnings)
-
-
 def _unjudged_lattice(
     out: RunFolder, model: DesignModel, rho: FloatArray, files: dict[str, str]
 ) -> Iterator[str]:
@@ -302,24 +239,13 @@ def _unjudged_lattice(
     design = build_design(plan.domain, cells, density)
     thinnest, _ = thinnest_wall(model.homogenised, cells, density)
     case, part = plan.case, plan.part.surface
-    surface, islands, _ = case_surface(case, part, design, first_step(cells.layout.least, thinnest))
+    surface, islands, _ = case_surface(
+        case.print, case.run.memory, part, design, first_step(cells.layout.least, thinnest)
+    )
     write_printed(out, surface, outer_records(case.print, case.part.file, part))
     yield from _exported_files(out, plan, surface, design, files)
-    yield from _lattice_picture(out, surface, plan.domain, files)
+    yield from lattice_picture(out, surface, plan.domain, files)
     yield from islands_words(islands.dropped, islands.dropped_share)
-
-
-def _lattice_picture(
-    out: RunFolder,
-    surface: SurfaceMesh,
-    domain: DesignDomain,
-    files: dict[str, str],
-    **options: str,
-) -> tuple[str, ...]:
-    files["lattice"] = "lattice.png"
-    warnings = picture_lattice(out.path_of("lattice.png"), surface, opened=domain.closed, **options)
-    _adopt_drawn(out, files, "lattice")
-    return warnings
 
 
 def _exported_files(
@@ -344,24 +270,3 @@ def _exported_files(
     )
     files |= write_lattice_files(out, others, lattice)
     return crossing_warnings(surface)
-
-
-def _adopt_drawn(out: RunFolder, files: dict[str, str], name: str) -> None:
-    """Enter a picture in the manifest; one that could not be drawn left a warning instead."""
-    if (out.path / files[name]).is_file():
-        out.adopt(files[name])
-    else:
-        del files[name]
-
-
-def _slab_table(slabs: Sequence[SlabDensities]) -> str:
-    """One line per slab, comma separated, units in the header."""
-    lines = [f"axis,from_mm,to_mm,part_mm3,target,field,{slabs[0].measured_on}"]
-    for s in slabs:
-        for n in range(len(s.target)):
-            numbers = (
-                *(s.edges[n], s.edges[n + 1], s.part_volume[n]),
-                *(s.target[n], s.field[n], s.surface[n]),
-            )
-            lines.append(",".join(["xyz"[s.axis], *(f"{v:.6g}" for v in numbers)]))
-    return "\n".join(lines) + "\n"

@@ -1,0 +1,103 @@
+"""Pictures of a run, drawn into its folder and entered in its manifest by their keys."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.design.resolve.plan import Plan
+from gradedesign.design.verdict.shown import Shown
+from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.mechanics.explicit.explicit import governing_load_case
+from gradedesign.mechanics.explicit.support_zones import evaluated_at
+from gradedesign.mechanics.limits.local_stress import allowed_stress
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
+from gradedesign.program.pictures.marks import action_marks, loads_note, region_marks
+from gradedesign.program.pictures.pictures import (
+    picture_deformed,
+    picture_density,
+    picture_lattice,
+    picture_loads,
+    picture_stress,
+)
+from gradedesign.program.store.run_folder import RunFolder
+
+
+def loads_picture(
+    out: RunFolder, plan: Plan, unjudged: float, files: dict[str, str]
+) -> tuple[str, ...]:
+    """Draw supports and loads on the part; ``unjudged`` is its share near supports."""
+    case, files["loads"] = plan.case, "loads.png"
+    warnings = picture_loads(
+        out.path_of("loads.png"),
+        plan.part.surface,
+        region_marks(case.load_case, plan.part, plan.domain, plan.support_zones),
+        action_marks(case.load_case, plan.part),
+        note=loads_note(case.load_case, plan.support_zones, unjudged),
+    )
+    _adopt_drawn(out, files, "loads")
+    return warnings
+
+
+def density_picture(
+    out: RunFolder, part: HomogenisedModel, rho: FloatArray, files: dict[str, str]
+) -> tuple[str, ...]:
+    """Draw the densities of a design, 1 where the part is solid."""
+    shown = np.where(part.solid_fraction >= 1.0, 1.0, rho)
+    files["density"] = "density.png"
+    warnings = picture_density(out.path_of("density.png"), part.space.mesh, shown)
+    _adopt_drawn(out, files, "density")
+    return warnings
+
+
+def lattice_pictures(
+    out: RunFolder, plan: Plan, shown: Shown, files: dict[str, str]
+) -> tuple[str, ...]:
+    """Pictures of the lattice."""
+    result = shown.analysed.result
+    load_case = governing_load_case(result)
+    fields, solid = shown.fields, shown.analysed.solid
+    files |= {"stress": "stress.png", "deformed": "deformed.png"}
+    warnings = [
+        *lattice_picture(out, shown.surface, plan.domain, files),
+        *picture_stress(
+            out.path_of("stress.png"),
+            fields.surface,
+            fields.von_mises,
+            limit=allowed_stress(plan.case.limits, plan.material),
+            unjudged=~evaluated_at(fields.surface.vertices.T, solid.support_zones),
+            title=f"Stress of the lattice, load case {load_case}",
+        ),
+        *picture_deformed(
+            out.path_of("deformed.png"),
+            fields.surface,
+            fields.displacement,
+            title=f"Deformed lattice, load case {load_case}",
+        ),
+    ]
+    for name in ("stress", "deformed"):
+        _adopt_drawn(out, files, name)
+    return tuple(warnings)
+
+
+def lattice_picture(
+    out: RunFolder,
+    surface: SurfaceMesh,
+    domain: DesignDomain,
+    files: dict[str, str],
+    **options: str,
+) -> tuple[str, ...]:
+    """Draw the printed surface, cut open where its outside is closed."""
+    files["lattice"] = "lattice.png"
+    warnings = picture_lattice(out.path_of("lattice.png"), surface, opened=domain.closed, **options)
+    _adopt_drawn(out, files, "lattice")
+    return warnings
+
+
+def _adopt_drawn(out: RunFolder, files: dict[str, str], name: str) -> None:
+    """Enter a picture in the manifest; one that could not be drawn left a warning instead."""
+    if (out.path / files[name]).is_file():
+        out.adopt(files[name])
+    else:
+        del files[name]
