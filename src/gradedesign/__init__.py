@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from gradedesign.common.system.processor import settle_threads
 
 if TYPE_CHECKING:
-    from gradedesign.common.system.npy_file import read_npy, read_npy_stream
     from gradedesign.common.system.progress import report_step
     from gradedesign.common.system.threads import in_ranges, in_threads
     from gradedesign.common.values.plugins_by_name import supplied_by
@@ -45,6 +44,7 @@ if TYPE_CHECKING:
     )
     from gradedesign.geometry.lattice.components.net_skin import NetSkin, depths_of
     from gradedesign.geometry.lattice.domain import DesignDomain
+    from gradedesign.geometry.lattice.field_reader import DensityRequest, FieldReader
     from gradedesign.geometry.lattice.lattice import (
         LatticeDesign,
         cell_gradient,
@@ -52,6 +52,7 @@ if TYPE_CHECKING:
         lattice_field,
     )
     from gradedesign.geometry.lattice.solid_layers import solid_layers
+    from gradedesign.geometry.lattice.tet_density import tet_density, tet_tensors
     from gradedesign.geometry.lattice.trim import solid_surface
     from gradedesign.geometry.maps.cell_map import CellMap
     from gradedesign.geometry.part.cut_bodies import (
@@ -65,13 +66,13 @@ if TYPE_CHECKING:
     from gradedesign.geometry.part.exact_surface import ExactSurface
     from gradedesign.geometry.part.file_body import FileBody
     from gradedesign.geometry.part.file_faces import FileFaces
-    from gradedesign.geometry.part.image_stack import read_images
-    from gradedesign.geometry.part.part_path import IMAGES, slices_with
+    from gradedesign.geometry.part.part_path import IMAGES, natural, slices_with
     from gradedesign.geometry.part.raw_triangles import UNIT_MM, RawTriangles, raw_triangles
     from gradedesign.geometry.part.reader import FileRequest, PartReader
     from gradedesign.geometry.part.repairer import Repairer, serve_repairer
     from gradedesign.geometry.part.signed_distance import SurfaceDistance
     from gradedesign.geometry.tets.mesher import Mesher, serve_mesher
+    from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
     from gradedesign.geometry.triangles._closest_kernels import nearest_on_triangle
     from gradedesign.geometry.triangles.distance_grid import distance_grid
     from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
@@ -137,6 +138,7 @@ __all__ = [
     "CutComponent",
     "Cutter",
     "DensityError",
+    "DensityRequest",
     "DesignDomain",
     "Discretisation",
     "EigenProblem",
@@ -145,6 +147,7 @@ __all__ = [
     "ExplicitAnalysis",
     "Exporter",
     "ExtremeValue",
+    "FieldReader",
     "FieldSet",
     "FileBody",
     "FileFaces",
@@ -202,6 +205,7 @@ __all__ = [
     "SurfaceFields",
     "SurfaceMesh",
     "Table",
+    "TetMesh",
     "Vector",
     "VolumeFields",
     "as_multiple",
@@ -222,12 +226,10 @@ __all__ = [
     "lattice_field",
     "load_case",
     "meet",
+    "natural",
     "nearest_on_triangle",
     "power_law",
     "raw_triangles",
-    "read_images",
-    "read_npy",
-    "read_npy_stream",
     "read_property_table",
     "report_step",
     "require_read_back",
@@ -235,12 +237,15 @@ __all__ = [
     "serve_mesher",
     "serve_repairer",
     "shipped_laws",
+    "signed_volumes",
     "slices_with",
     "solid_layers",
     "solid_surface",
     "stated_words",
     "supplied_by",
     "tabulated_law",
+    "tet_density",
+    "tet_tensors",
     "without_cutters",
 ]
 
@@ -255,6 +260,8 @@ _HOMES = {
     "geometry.lattice.components.net_skin": "NetSkin depths_of",
     "geometry.lattice.domain": "DesignDomain",
     "geometry.lattice.lattice": "LatticeDesign cell_gradient density_at lattice_field",
+    "geometry.lattice.field_reader": "DensityRequest FieldReader",
+    "geometry.lattice.tet_density": "tet_density tet_tensors",
     "geometry.lattice.trim": "solid_surface",
     "geometry.part.cut_bodies": "Cutter PlacedBody closed_body cut_together meet without_cutters",
     "geometry.lattice.solid_layers": "solid_layers",
@@ -264,7 +271,7 @@ _HOMES = {
     "mechanics.limits.limit": "Limit LimitKind PlacedModel StatedLimit",
     "mechanics.limits.row": "LimitRow",
     "mechanics.limits.state": "HomogenisedState Predicted Response",
-    "geometry.part.part_path": "IMAGES slices_with",
+    "geometry.part.part_path": "IMAGES natural slices_with",
     "geometry.maps.cell_map": "CellMap",
     "geometry.cell.family": "CellFamily",
     "geometry.cell.maker": "CellMaker",
@@ -284,6 +291,7 @@ _HOMES = {
     "geometry.triangles._closest_kernels": "nearest_on_triangle",
     "geometry.triangles.distance_grid": "distance_grid",
     "geometry.tets.mesher": "Mesher serve_mesher",
+    "geometry.tets.tet_mesh": "TetMesh signed_volumes",
     "geometry.triangles.surface_mesh": "SurfaceMesh",
     "program.outputs.analysed_model": "AnalysedModel ModelStep",
     "geometry.formats.exporter": "Exporter PlannedPrint",
@@ -295,8 +303,6 @@ _HOMES = {
     "geometry.part.exact_surface": "ExactSurface",
     "geometry.part.file_body": "FileBody",
     "geometry.part.file_faces": "FileFaces",
-    "geometry.part.image_stack": "read_images",
-    "common.system.npy_file": "read_npy read_npy_stream",
     "geometry.part.raw_triangles": "RawTriangles UNIT_MM raw_triangles",
     "geometry.part.reader": "FileRequest PartReader",
     "geometry.part.signed_distance": "SurfaceDistance",

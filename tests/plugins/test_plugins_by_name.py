@@ -178,6 +178,21 @@ def test_a_body_in_a_format_of_a_plugin_is_told_which(tmp_path, cli, monkeypatch
     assert "found core.glb, which no reader takes; install the plugin gradedesign-formats" in words
 
 
+@pytest.mark.usefixtures("nothing_installed")
+def test_a_density_map_of_a_plugin_is_told_which(tmp_path, cli, monkeypatch):
+    monkeypatch.setenv("GRADEDESIGN_DISABLE_PLUGINS", "1")
+    (tmp_path / "map.csv").write_text("", encoding="utf-8")
+    text = CASE.format(part=BOX).replace('"octet"', '"own"').replace("density = 0.3\n", "")
+    formula = " + ".join(f"cos(2*pi*{axis})" for axis in "xyz")
+    text += '[lattice.density_map]\npoints = "map.csv"\n'
+    text += f'[lattice.own_cell]\nmaker = "formula"\nformula = "{formula}"\n'
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    ended = cli("check", tmp_path, "--no-picture")
+    words = " ".join(ended.err.split())
+    assert "lattice.density_map.points: no reader of fields named 'points'; install the" in words
+    assert "plugin gradedesign-volumes" in words
+
+
 def test_a_plugin_that_is_installed_but_not_loaded_is_not_asked_for(monkeypatch):
     monkeypatch.setenv("GRADEDESIGN_DISABLE_PLUGINS", "1")
     with pytest.raises(CaseError, match="is installed but not loaded: GRADEDESIGN_DISABLE_PLUGINS"):

@@ -22,20 +22,20 @@ from gradedesign.design.resolve.fitting_part import part_of
 from gradedesign.design.resolve.own_cell import with_own_cell
 from gradedesign.design.resolve.resolve import lookup, resolve_material
 from gradedesign.errors import GradeDesignError
-from gradedesign.geometry.formats.vtu_fields import read_vtu_field
 from gradedesign.geometry.lattice.density_source import sample_density
 from gradedesign.geometry.lattice.formula_density import formula_field
-from gradedesign.geometry.lattice.point_cloud import point_density, read_points, remap_points
 from gradedesign.geometry.lattice.tet_density import tet_density
-from gradedesign.geometry.lattice.voxel_density import (
+from gradedesign.geometry.tets.tet_mesh import TetMesh
+from gradedesign.program.host.registry import build_registry
+from gradedesign_volumes.image_stack import read_image_stack
+from gradedesign_volumes.point_cloud import point_density, read_points, remap_points
+from gradedesign_volumes.voxel_density import (
     densities,
     place_voxels,
     read_voxel_array,
     voxel_density,
 )
-from gradedesign.geometry.part.image_stack import read_image_stack
-from gradedesign.geometry.tets.tet_mesh import TetMesh
-from gradedesign.program.host.registry import build_registry
+from gradedesign_volumes.vtu_fields import read_vtu_field
 
 CASES = Path(__file__).parents[2] / "cases"
 ROUND = 50

@@ -101,6 +101,7 @@ def test_every_source_gives_the_same_density(made, source, more, tolerance):
     half = np.array([5.0, 2.5, 2.5])[:, None]
     found = stated_density(
         case,
+        build_registry(),
         None,
         domain=DesignDomain(
             distance=lambda p: (

@@ -15,7 +15,9 @@ from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.part.part_mesh import box_part_mesh
 from gradedesign.geometry.tets.tet_mesh import centroids
+from gradedesign.program.host.registry import build_registry
 
+REGISTRY = build_registry()
 CASE = """\
 [case]
 name = "maps"
@@ -36,12 +38,13 @@ def mapped(folder, text, family=WALLS):
     calibration = calibrate(family)
     density = stated_density(
         case,
+        REGISTRY,
         None,
         domain=domain,
         window=calibration.window,
         level_of=calibration.level_of,
     )
-    layout = stated_layout(case, part, calibration, density, domain)
+    layout = stated_layout(case, REGISTRY, part, calibration, density, domain)
     return layout.cell_map, layout.report
 
 

@@ -1,4 +1,8 @@
-"""Parts from volumes of voxels for gradedesign: NRRD, NPY and NPZ files, stacks of images."""
+"""Volumes and fields for gradedesign: parts from scans, densities and directions from files.
+
+Parts are read from NRRD, NPY and NPZ files and stacks of images; densities from arrays, images,
+scattered points and VTU.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,21 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
-from gradedesign import IMAGES, FileRequest, PartReader, RawTriangles, hookimpl
+from gradedesign import (
+    IMAGES,
+    FieldReader,
+    FileRequest,
+    PartReader,
+    RawTriangles,
+    hookimpl,
+)
+from gradedesign_volumes.density_maps import (
+    directions_of_vtu,
+    of_images,
+    of_points,
+    of_voxels,
+    of_vtu,
+)
 from gradedesign_volumes.voxel_files import (
     read_image_volume,
     read_npy_volume,
@@ -16,7 +34,7 @@ from gradedesign_volumes.voxel_files import (
 from gradedesign_volumes.voxel_volume import VoxelVolume
 from gradedesign_volumes.voxels_schema import VoxelsSpec
 
-__all__ = ["gradedesign_readers"]
+__all__ = ["gradedesign_field_readers", "gradedesign_readers"]
 
 #: Readers of volumes, by name, and the endings of their files.
 _READERS: dict[str, tuple[Callable[[Path, int], VoxelVolume], tuple[str, ...]]] = {
@@ -47,3 +65,12 @@ def gradedesign_readers() -> Iterator[PartReader]:
             key="voxels",
             table=VoxelsSpec,
         )
+
+
+@hookimpl
+def gradedesign_field_readers() -> Iterator[FieldReader]:
+    """Register the sources of ``[lattice.density_map]``, and of ``[lattice.orientation]``."""
+    yield FieldReader(name="images", density=of_images)
+    yield FieldReader(name="points", density=of_points)
+    yield FieldReader(name="voxels", density=of_voxels)
+    yield FieldReader(name="vtu", density=of_vtu, tensors=directions_of_vtu)

@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 from gradedesign import (
     CaseError,
     PartError,
-    read_images,
-    read_npy,
-    read_npy_stream,
     slices_with,
 )
+from gradedesign_volumes.image_stack import read_images
+from gradedesign_volumes.npy_file import read_npy, read_npy_stream
 from gradedesign_volumes.nrrd_file import read_nrrd_file
 from gradedesign_volumes.voxel_volume import BYTES_PER_VOXEL, VoxelVolume
 

@@ -16,7 +16,6 @@ from gradedesign.design.resolve.cell_choice import cell_axes
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.resolve import density_bounds
 from gradedesign.design.resolve.solid_part import dense_stiffness
-from gradedesign.design.resolve.stated_directions import stated_directions
 from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.cell_layout import CellLayout, layout_warnings
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
@@ -90,8 +89,7 @@ def oriented(model: DesignModel) -> DesignModel:
     orientation = case.lattice.orientation
     if orientation is None:
         return model
-    tensor_of = stated_directions(orientation, plan.domain.distance, case.run.memory, case.where)
-    tensor_of = tensor_of or _solid_stress(
+    tensor_of = plan.directions or _solid_stress(
         model.homogenised, model.solutions, orientation.load_case
     )
     frames = oriented_frames(case.lattice, plan.part, tensor_of, case.where)

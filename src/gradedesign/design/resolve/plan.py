@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from gradedesign.arrays import Field
 from gradedesign.common.system.progress import report_step
 from gradedesign.common.values.locate import locating
 from gradedesign.design.case.schema import Case
@@ -66,6 +67,9 @@ class Plan:
     law : PlannedLaw
         Not computed.
     layout : CellLayout
+    directions : callable or None
+        Points ``(3, ...)`` mm to tensors ``(3, 3, ...)`` that cells follow once the part is meshed;
+        None where the case states none, or those of an analysis.
     bounds : (float, float)
         Densities that the user, the cell, the law and the printer have in common.
     zones : ResolvedZones or None
@@ -89,6 +93,7 @@ class Plan:
     cell: Cell
     law: PlannedLaw
     layout: CellLayout
+    directions: Field | None = None
     bounds: tuple[float, float]
     zones: ResolvedZones | None = None
     limits: tuple[StatedLimit, ...]
@@ -166,8 +171,9 @@ def _without_zones(case: Case, registry: Registry) -> Plan:
     report_step("distance field and cell map")
     place = component_place(case, part, [cell])
     domain = composed(place, registry.components)
-    # Read for its refusals: directions are followed once the part is meshed.
-    stated_directions(case.lattice.orientation, domain.distance, case.run.memory, case.where)
+    directions = stated_directions(
+        case.lattice.orientation, domain.distance, case.run.memory, registry, case.where
+    )
     layout = placed_layout(case.lattice, case.where, part, domain)
     law, bounds, narrowed = planned_densities(
         case.lattice, case.limits, case.print, registry, cell, layout.least, case.where,
@@ -185,6 +191,7 @@ def _without_zones(case: Case, registry: Registry) -> Plan:
         cell=cell,
         law=law,
         layout=layout,
+        directions=directions,
         bounds=bounds,
         balances=balances,
         symmetry=symmetry_planes(case.load_case, part, case.where),

@@ -13,6 +13,7 @@ from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.maker import CellMaker
 from gradedesign.geometry.formats.exporter import Exporter
 from gradedesign.geometry.lattice.component_kind import ComponentKind
+from gradedesign.geometry.lattice.field_reader import FieldReader
 from gradedesign.geometry.part.reader import PartReader
 from gradedesign.geometry.part.repairer import Repairer
 from gradedesign.geometry.tets.mesher import Mesher
@@ -33,6 +34,7 @@ Kind = Literal[
     "scaling_laws",
     "materials",
     "readers",
+    "field_readers",
     "repairers",
     "exporters",
     "outputs",
@@ -51,6 +53,7 @@ NOUNS: Mapping[Kind, str] = {
     "scaling_laws": "scaling law",
     "materials": "material",
     "readers": "part reader",
+    "field_readers": "reader of fields",
     "repairers": "repairer",
     "exporters": "exporter",
     "outputs": "output",
@@ -95,7 +98,7 @@ class Registry:
 
     Attributes
     ----------
-    cell_families, cell_makers, scaling_laws, materials, readers : mapping
+    cell_families, cell_makers, scaling_laws, materials, readers, field_readers : mapping
         Name to record.
     repairers, exporters, outputs, solvers, eigen_solvers, meshers, limits : mapping
         Name to record.
@@ -116,6 +119,7 @@ class Registry:
     scaling_laws: Mapping[str, ScalingLaw]
     materials: Mapping[str, Material]
     readers: Mapping[str, PartReader]
+    field_readers: Mapping[str, FieldReader]
     repairers: Mapping[str, Repairer]
     exporters: Mapping[str, Exporter]
     outputs: Mapping[str, Output]
@@ -142,9 +146,7 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     Parameters
     ----------
     kind : str
-        ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers``,
-        ``repairers``, ``exporters``, ``outputs``, ``solvers``, ``eigen_solvers``, ``meshers``,
-        ``limits``, ``components`` or ``analyses``.
+        A mapping of the registry.
 
     Raises
     ------

@@ -8,23 +8,14 @@ from gradedesign.arrays import FloatArray
 from gradedesign.common.values.formula import parse_formula
 from gradedesign.common.values.locate import locating
 from gradedesign.design.case.schema import Case
-from gradedesign.errors import CaseError
-from gradedesign.geometry.formats.vtu_fields import read_vtu_field
+from gradedesign.design.resolve.registry import Registry, lookup
+from gradedesign.errors import CaseError, blaming
 from gradedesign.geometry.lattice.density_grid import DensityGrid
 from gradedesign.geometry.lattice.density_source import DensitySource, sample_density
 from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.lattice.field_reader import DensityRequest, FieldReader
 from gradedesign.geometry.lattice.formula_density import formula_field
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
-from gradedesign.geometry.lattice.point_cloud import point_density, read_points, remap_points
-from gradedesign.geometry.lattice.tet_density import tet_density
-from gradedesign.geometry.lattice.voxel_density import (
-    BYTES_PER_VOXEL,
-    densities,
-    place_voxels,
-    read_voxel_array,
-    voxel_density,
-)
-from gradedesign.geometry.part.image_stack import read_image_stack
 
 #: The density grid resolves a cell by this many nodes. Chosen, not measured.
 NODES_PER_CELL = 8
@@ -32,6 +23,7 @@ NODES_PER_CELL = 8
 
 def stated_density(
     case: Case,
+    registry: Registry,
     source: DensitySource | None,
     *,
     domain: DesignDomain,
@@ -71,7 +63,7 @@ def stated_density(
         key = written if written in case.lines else "lattice.density"
     with locating(case.where, key):
         if source is None:
-            source = _source(spec, domain, case.run.memory)
+            source = _source(spec, domain, registry, case.run.memory)
         return sample_density(
             source,
             domain.distance,
@@ -92,45 +84,28 @@ def _require_floor(density: float, window: tuple[float, float]) -> None:
         )
 
 
-def _source(lattice: LatticeSpec, domain: DesignDomain, memory: int) -> DensitySource:
-    """Read the density source that the map names."""
-    spec, size = lattice.density_map, lattice.cell_size
+def _source(
+    lattice: LatticeSpec, domain: DesignDomain, registry: Registry, memory: int
+) -> DensitySource:
+    """The density source that the map names."""
+    spec = lattice.density_map
     if spec is None:
         raise CaseError("there is neither a density nor a map")
     if spec.formula is not None:
         return formula_field(parse_formula(spec.formula), domain.distance)
-    if spec.points is not None:
-        points, values = read_points(spec.points, memory_limit_bytes=memory)
-        mapped = remap_points(
-            points,
-            values,
-            spec.spacing or 0.5 * size,
-            method="maximum" if spec.method == "maximum" else "weights",
-            oversize=spec.oversize,
-            outside=spec.outside,
-            memory_limit_bytes=memory,
+    reader: FieldReader = lookup(registry, "field_readers", spec.source)
+    with blaming(
+        f"field reader '{reader.name}' of {registry.sources['field_readers'][reader.name]}",
+        always=False,
+    ):
+        return reader.density(
+            DensityRequest(
+                spec=spec,
+                lower=domain.lower,
+                upper=domain.upper,
+                cell_size=lattice.cell_size,
+                spacing=lattice.cell_size / NODES_PER_CELL,
+                grey=lattice.stated_range,
+                memory_limit_bytes=memory,
+            )
         )
-        return point_density(mapped)
-    if spec.vtu is not None:
-        mesh, values, at = read_vtu_field(spec.vtu, spec.field, memory_limit_bytes=memory)
-        spacing = size / NODES_PER_CELL
-        return tet_density(
-            mesh,
-            values,
-            at=at,
-            spacing=spacing,
-            reach=0.5 * size + 3 * spacing,
-            memory_limit_bytes=memory,
-        )
-    if spec.voxels is not None:
-        raw = read_voxel_array(spec.voxels, memory_limit_bytes=memory)
-    elif spec.images is not None:
-        raw = read_image_stack(
-            spec.images, memory_limit_bytes=memory, bytes_per_value=BYTES_PER_VOXEL
-        )
-    else:
-        raise CaseError(f"the source '{spec.source}' is not known")
-    start, edges = place_voxels(
-        raw.shape, domain.lower, domain.upper, voxel_size=spec.voxel_size, origin=spec.origin
-    )
-    return voxel_density(densities(raw, lattice.stated_range), start, edges)

@@ -7,14 +7,19 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.values.formula import parse_formula
 from gradedesign.common.values.locate import Where, locating
-from gradedesign.geometry.formats.vtu_fields import read_vtu_tensor
+from gradedesign.design.resolve.registry import Registry, lookup
+from gradedesign.errors import CaseError
+from gradedesign.geometry.lattice.field_reader import FieldReader
 from gradedesign.geometry.lattice.formula_density import formula_field
 from gradedesign.geometry.maps.orientation_schema import OrientationSpec
-from gradedesign.geometry.tets.point_location import build_locator, locate
 
 
 def stated_directions(
-    spec: OrientationSpec | None, distance: Field, memory: int, where: Where
+    spec: OrientationSpec | None,
+    distance: Field,
+    memory: int,
+    registry: Registry,
+    where: Where,
 ) -> Field | None:
     """Tensors whose principal directions a case states, without any analysis.
 
@@ -33,8 +38,8 @@ def stated_directions(
 
     Raises
     ------
-    CaseError
-        If a file cannot be used.
+    CaseError, PluginError
+        If a file cannot be used, or nothing installed reads it.
     """
     if spec is None:
         return None
@@ -50,16 +55,7 @@ def stated_directions(
     if spec.vtu is None:
         return None
     with locating(where, "lattice.orientation.vtu"):
-        mesh, values, at = read_vtu_tensor(spec.vtu, spec.field, memory_limit_bytes=memory)
-    locator = build_locator(mesh)
-
-    def read(points: FloatArray) -> FloatArray:
-        flat = np.asarray(points, dtype=np.float64).reshape(3, -1)
-        tets, weights, _ = locate(mesh, flat, locator=locator)
-        if at == "elements":
-            tensor = values[tets]
-        else:
-            tensor = np.einsum("cn,cnij->nij", weights, values[mesh.tets[:, tets]])
-        return np.moveaxis(tensor, 0, -1).reshape(3, 3, *points.shape[1:])
-
-    return read
+        reader: FieldReader = lookup(registry, "field_readers", "vtu")
+        if reader.tensors is None:
+            raise CaseError(f"the field reader '{reader.name}' reads no directions")
+        return reader.tensors(spec.vtu, spec.field, memory)

@@ -90,9 +90,9 @@ def stated_lattice(
     place = component_place(case, part, cells.members)
     domain = composed(place, registry.components)
     density = stated_density(
-        case, source, domain=domain, window=cells.window, level_of=cells.level_of
+        case, registry, source, domain=domain, window=cells.window, level_of=cells.level_of
     )
-    layout = stated_layout(case, part, cells.members[0], density, domain)
+    layout = stated_layout(case, registry, part, cells.members[0], density, domain)
     cell_map = layout.cell_map
     for zones in domain.of(Zones):
         require_zones_used(case.where, zones, layout.points)

@@ -8,6 +8,7 @@ from gradedesign.arrays import Field
 from gradedesign.common.values.locate import locating
 from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.oriented import alignment, constant_size, oriented_frames
+from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.stated_directions import stated_directions
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.lattice.cell_layout import CellLayout
@@ -23,7 +24,12 @@ from gradedesign.geometry.part.part import Part
 
 
 def stated_layout(
-    case: Case, part: Part, cell: Cell, density: DensityGrid | float, domain: DesignDomain
+    case: Case,
+    registry: Registry,
+    part: Part,
+    cell: Cell,
+    density: DensityGrid | float,
+    domain: DesignDomain,
 ) -> CellLayout:
     """Place the cells of a case whose density is stated, and measure them.
 
@@ -40,9 +46,9 @@ def stated_layout(
     LatticeError
         If the map folds in the part, or the part reaches where it cannot be used.
     """
-    spec, where = case.lattice, case.where
+    spec, where, memory = case.lattice, case.where, case.run.memory
     require_one_thickness(spec, where, cell.family)
-    tensor_of = stated_directions(spec.orientation, domain.distance, case.run.memory, where)
+    tensor_of = stated_directions(spec.orientation, domain.distance, memory, registry, where)
     frames = None if tensor_of is None else oriented_frames(spec, part, tensor_of, where)
     wanted: Field | None = None
     if spec.graded_size and isinstance(density, DensityGrid):

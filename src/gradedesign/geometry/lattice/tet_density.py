@@ -1,4 +1,4 @@
-"""Density from a field on tetrahedra."""
+"""Densities, and tensors, from a field on tetrahedra."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import Field, FloatArray
 from gradedesign.errors import DensityError
 from gradedesign.geometry.lattice.density_grid import density_grid_from_elements, evaluate
 from gradedesign.geometry.lattice.density_source import DensitySource
@@ -81,3 +81,30 @@ def tet_density(
         return np.asarray(interpolated).reshape(points.shape[1:])
 
     return density
+
+
+def tet_tensors(mesh: TetMesh, values: FloatArray, at: Literal["points", "elements"]) -> Field:
+    """Tensors of a field on tetrahedra, that of the nearest one outside.
+
+    Parameters
+    ----------
+    values : (n, 3, 3) or (m, 3, 3) array
+        At points or of elements.
+
+    Returns
+    -------
+    callable
+        Points ``(3, ...)`` mm to tensors ``(3, 3, ...)``.
+    """
+    locator = build_locator(mesh)
+
+    def read(points: FloatArray) -> FloatArray:
+        flat = np.asarray(points, dtype=np.float64).reshape(3, -1)
+        tets, weights, _ = locate(mesh, flat, locator=locator)
+        if at == "elements":
+            tensor = values[tets]
+        else:
+            tensor = np.einsum("cn,cnij->nij", weights, values[mesh.tets[:, tets]])
+        return np.moveaxis(tensor, 0, -1).reshape(3, 3, *points.shape[1:])
+
+    return read

@@ -13,6 +13,7 @@ from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.maker import CellMaker
 from gradedesign.geometry.formats.exporter import Exporter
 from gradedesign.geometry.lattice.component_kind import ComponentKind
+from gradedesign.geometry.lattice.field_reader import FieldReader
 from gradedesign.geometry.part.reader import PartReader
 from gradedesign.geometry.part.repairer import Repairer
 from gradedesign.geometry.tets.mesher import Mesher
@@ -128,6 +129,26 @@ def gradedesign_readers() -> Iterable[PartReader]:
     ...     yield PartReader(name="corners", suffixes=(".corners",), read=read_corners)
     >>> [reader.suffixes for reader in gradedesign_readers()]
     [('.corners',)]
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_field_readers() -> Iterable[FieldReader]:
+    """Register files from which a stated density, or directions of cells, can be read.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gradedesign import FieldReader, hookimpl
+    >>> def layers(request):
+    ...     values = np.loadtxt(request.spec.points)  # a density for each mm of height
+    ...     return lambda points: np.interp(points[2] - request.lower[2], *np.ogrid[:9], values)
+    >>> @hookimpl
+    ... def gradedesign_field_readers():
+    ...     yield FieldReader(name="points", density=layers)
+    >>> [reader.name for reader in gradedesign_field_readers()]
+    ['points']
     """
     return ()
 

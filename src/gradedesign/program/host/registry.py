@@ -17,6 +17,7 @@ from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.maker import CellMaker
 from gradedesign.geometry.formats.exporter import Exporter
 from gradedesign.geometry.lattice.component_kind import ComponentKind
+from gradedesign.geometry.lattice.field_reader import FieldReader
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.part.reader import PartReader
 from gradedesign.geometry.part.repairer import Repairer
@@ -62,6 +63,7 @@ _SHELVES: Mapping[Kind, _Shelf] = {
     "scaling_laws": _Shelf(ScalingLaw, _DASHED),
     "materials": _Shelf(Material, _SPACED),
     "readers": _Shelf(PartReader, _DASHED),
+    "field_readers": _Shelf(FieldReader, _UNDERSCORED),
     "repairers": _Shelf(Repairer, _DASHED),
     "exporters": _Shelf(Exporter, _DASHED),
     "outputs": _Shelf(Output, _DASHED),

@@ -16,8 +16,8 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.errors import CaseError, ResourceError
-from gradedesign.geometry.formats._vtu_data import Damaged, VtuFile, decoded, whole
+from gradedesign import CaseError, ResourceError
+from gradedesign_volumes._vtu_data import Damaged, VtuFile, decoded, whole
 
 _APPENDED = re.compile(rb"<AppendedData\b([^>]*)>\s*_")
 _ENCODING = re.compile(rb"""encoding\s*=\s*["'](raw|base64)["']""")

@@ -8,10 +8,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.arrays import BoolArray, FloatArray
-from gradedesign.errors import CaseError
-from gradedesign.geometry.formats._vtu_arrays import VtuPiece, read_vtu_pieces
-from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
+from gradedesign import CaseError, TetMesh, signed_volumes
+from gradedesign.fields import BoolArray, FloatArray
+from gradedesign_volumes._vtu_arrays import VtuPiece, read_vtu_pieces
 
 #: VTK's numbers of tetrahedra of 4 and 10 points, and of other cells, for messages.
 _LINEAR = 10

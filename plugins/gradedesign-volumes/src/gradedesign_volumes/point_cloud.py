@@ -11,14 +11,15 @@ from typing import Literal
 import numpy as np
 from scipy.spatial import cKDTree
 
-from gradedesign.arrays import FloatArray, locked
-from gradedesign.common.system.npy_file import read_npy
-from gradedesign.errors import CaseError, DensityError, ResourceError
-from gradedesign.geometry.lattice.density_source import MOST_NODES, DensitySource
-from gradedesign.geometry.lattice.voxel_density import voxel_density
+from gradedesign import CaseError, DensityError, ResourceError
+from gradedesign.fields import Field, FloatArray
+from gradedesign_volumes.npy_file import read_npy
+from gradedesign_volumes.voxel_density import voxel_density
 
 log = logging.getLogger(__name__)
 
+#: Nodes of the largest grid, as of the grid of a lattice's density.
+_MOST_NODES = 64_000_000
 #: Pairs of node and point in memory at once. Chosen, not measured.
 _MOST_PAIRS = 4_000_000
 #: Most pairs that are evaluated, some minutes of work. Chosen, not measured.
@@ -55,11 +56,6 @@ class PointMap:
     tolerance: float
     sensitivity: float
     empty: int
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "lower", locked(self.lower, (3,), name="lower"))
-        object.__setattr__(self, "spacing", locked(self.spacing, (3,), name="spacing"))
-        object.__setattr__(self, "values", locked(self.values, (None, None, None), name="values"))
 
 
 def read_points(path: Path, *, memory_limit_bytes: int) -> tuple[FloatArray, FloatArray]:
@@ -160,12 +156,12 @@ def remap_points(
         )
     lower = points.min(axis=1)
     wanted = np.maximum(np.floor(extent / spacing + 1e-9) + 1, 2)
-    most = min(MOST_NODES, memory_limit_bytes / _BYTES_PER_NODE)
+    most = min(_MOST_NODES, memory_limit_bytes / _BYTES_PER_NODE)
     if not wanted.prod() <= most:
         raise ResourceError(
             f"a grid of {' x '.join(f'{n:.4g}' for n in wanted)} nodes at {spacing:g} mm is larger "
             f"than the {most:.3g} that run.memory of {memory_limit_bytes / 1e9:.3g} GB allows, or "
-            f"than {MOST_NODES:.3g}; use a larger spacing"
+            f"than {_MOST_NODES:.3g}; use a larger spacing"
         )
     count = wanted.astype(np.int64)
     own = extent / (count - 1)
@@ -195,7 +191,7 @@ def remap_points(
     return made
 
 
-def point_density(mapped: PointMap) -> DensitySource:
+def point_density(mapped: PointMap) -> Field:
     """Trilinear density between the nodes of a map, constant beyond them."""
     return voxel_density(mapped.values, mapped.lower - 0.5 * mapped.spacing, mapped.spacing)
 

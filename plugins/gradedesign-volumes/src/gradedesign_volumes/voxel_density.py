@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import map_coordinates
 
-from gradedesign.arrays import FloatArray
-from gradedesign.common.system.npy_file import read_npy
-from gradedesign.errors import CaseError, DensityError
-from gradedesign.geometry.lattice.density_source import DensitySource
+from gradedesign import CaseError, DensityError
+from gradedesign.fields import Field, FloatArray
+from gradedesign_volumes.npy_file import read_npy
 
 #: Memory for a voxel beside what is read: its density, a copy in another order, whether it is one.
 BYTES_PER_VOXEL = 18
@@ -88,7 +87,7 @@ def densities(values: NDArray[np.generic], grey: tuple[float, float] | None) -> 
     return result
 
 
-def voxel_density(values: FloatArray, lower: ArrayLike, size: ArrayLike) -> DensitySource:
+def voxel_density(values: FloatArray, lower: ArrayLike, size: ArrayLike) -> Field:
     """Trilinear density between the centres of voxels, constant beyond the outer centres.
 
     Parameters

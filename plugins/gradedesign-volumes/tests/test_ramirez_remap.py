@@ -10,7 +10,7 @@ import pytest
 import skfem
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from gradedesign.geometry.lattice.point_cloud import remap_points
+from gradedesign_volumes.point_cloud import remap_points
 
 #: c3, n3 and the least density of the primitive and the gyroid (tables 4.1, 4.2 and the logs).
 LAWS = {"primitive": (0.289, 1.225, 0.100), "gyroid": (0.426, 1.537, 0.123)}

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.errors import CaseError, ResourceError
-from gradedesign.geometry.part.part_path import natural
+from gradedesign import CaseError, ResourceError, natural
 
 if TYPE_CHECKING:
     from PIL.Image import Image

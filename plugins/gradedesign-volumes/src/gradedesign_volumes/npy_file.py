@@ -13,7 +13,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.errors import CaseError, ResourceError
+from gradedesign import CaseError, ResourceError
 
 _MAGIC = b"\x93NUMPY"
 #: By major version of the format: how the length of the header is stored, and its text.

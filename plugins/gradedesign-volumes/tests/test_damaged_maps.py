@@ -14,13 +14,13 @@ from PIL import Image
 
 from gradedesign.errors import CaseError, ResourceError
 from gradedesign.geometry.formats.vtu import write_vtu
-from gradedesign.geometry.formats.vtu_fields import read_vtu_field
 from gradedesign.geometry.lattice.density_source import sample_density
-from gradedesign.geometry.lattice.point_cloud import read_points, remap_points
 from gradedesign.geometry.lattice.tet_density import tet_density
-from gradedesign.geometry.lattice.voxel_density import read_voxel_array
-from gradedesign.geometry.part.image_stack import read_image_stack
 from gradedesign.geometry.tets.tet_mesh import TetMesh
+from gradedesign_volumes.image_stack import read_image_stack
+from gradedesign_volumes.point_cloud import read_points, remap_points
+from gradedesign_volumes.voxel_density import read_voxel_array
+from gradedesign_volumes.vtu_fields import read_vtu_field
 
 GB = 10**9
 VOXELS = np.linspace(0.1, 0.5, 24).reshape(4, 3, 2)

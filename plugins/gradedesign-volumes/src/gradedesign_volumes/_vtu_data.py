@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.errors import ResourceError
+from gradedesign import ResourceError
 
 _TYPES = {
     **{f"Float{8 * n}": f"f{n}" for n in (4, 8)},

@@ -8,20 +8,20 @@ from PIL import Image
 from gradedesign.common.values.formula import parse_formula
 from gradedesign.errors import CaseError, DensityError
 from gradedesign.geometry.formats.vtu import write_vtu
-from gradedesign.geometry.formats.vtu_fields import read_vtu_field
 from gradedesign.geometry.lattice.density_grid import evaluate
 from gradedesign.geometry.lattice.density_source import sample_density
 from gradedesign.geometry.lattice.formula_density import formula_field
-from gradedesign.geometry.lattice.point_cloud import point_density, read_points, remap_points
 from gradedesign.geometry.lattice.tet_density import tet_density
-from gradedesign.geometry.lattice.voxel_density import (
+from gradedesign.geometry.tets.tet_mesh import TetMesh
+from gradedesign_volumes.image_stack import read_image_stack
+from gradedesign_volumes.point_cloud import point_density, read_points, remap_points
+from gradedesign_volumes.voxel_density import (
     densities,
     place_voxels,
     read_voxel_array,
     voxel_density,
 )
-from gradedesign.geometry.part.image_stack import read_image_stack
-from gradedesign.geometry.tets.tet_mesh import TetMesh
+from gradedesign_volumes.vtu_fields import read_vtu_field
 
 BOX = np.array([20.0, 10.0, 10.0])
 
