@@ -12,25 +12,14 @@ from gradedesign.common.system.threads import in_ranges
 _TURNS = 40
 
 
-def divergence(target: FloatArray, weight: FloatArray, spacing: FloatArray) -> FloatArray:
+def divergence(target: FloatArray, spacing: FloatArray) -> FloatArray:
     """Loads of the least-squares fit, ``(3, nx, ny, nz)``.
 
-    ``target`` ``(ex, ey, ez, 3, 3)``: wanted d(phase_i)/dx_j of every element; ``weight``
-    ``(ex, ey, ez)``. Row i holds the integrals of ``weight target_i . grad(N)`` over the node's
-    eight elements.
+    ``target`` ``(ex, ey, ez, 3, 3)``: wanted d(phase_i)/dx_j of every element. Row i holds the
+    integrals of ``target_i . grad(N)`` over the node's eight elements.
     """
-    result = np.zeros((3, *(n + 1 for n in weight.shape)))
-    in_ranges(_divergence, range(result.shape[1]), target, weight, spacing, result)
-    return result
-
-
-def apply_stiffness(phase: FloatArray, weight: FloatArray, element: FloatArray) -> FloatArray:
-    """Weighted Laplacian times one phase ``(nx, ny, nz)``.
-
-    ``element`` ``(2, 2, 2, 2, 2, 2)``: stiffness of one element, nodes by their corner.
-    """
-    result = np.zeros(phase.shape)
-    in_ranges(_apply_stiffness, range(len(result)), phase, weight, element, result)
+    result = np.zeros((3, *(n + 1 for n in target.shape[:3])))
+    in_ranges(_divergence, range(result.shape[1]), target, spacing, result)
     return result
 
 
@@ -55,15 +44,10 @@ def nearest_rotations(matrix: FloatArray, start: FloatArray) -> FloatArray:
 
 @njit(cache=True, nogil=True)
 def _divergence(
-    low: int,
-    high: int,
-    target: FloatArray,
-    weight: FloatArray,
-    spacing: FloatArray,
-    result: FloatArray,
+    low: int, high: int, target: FloatArray, spacing: FloatArray, result: FloatArray
 ) -> None:
     """`divergence` of a range of planes."""
-    ex, ey, ez = weight.shape
+    ex, ey, ez = target.shape[:3]
     face = np.array(
         [
             0.25 * spacing[1] * spacing[2],
@@ -80,46 +64,12 @@ def _divergence(
                         sy = face[1] if b < j else -face[1]
                         for c in range(max(k - 1, 0), min(k, ez - 1) + 1):
                             sz = face[2] if c < k else -face[2]
-                            w = weight[a, b, c]
                             for p in range(3):
-                                result[p, i, j, k] += w * (
+                                result[p, i, j, k] += (
                                     sx * target[a, b, c, p, 0]
                                     + sy * target[a, b, c, p, 1]
                                     + sz * target[a, b, c, p, 2]
                                 )
-
-
-@njit(cache=True, nogil=True)
-def _apply_stiffness(
-    low: int,
-    high: int,
-    phase: FloatArray,
-    weight: FloatArray,
-    element: FloatArray,
-    result: FloatArray,
-) -> None:
-    """`apply_stiffness` of a range of planes."""
-    ex, ey, ez = weight.shape
-    for i in range(low, high):
-        for j in range(ey + 1):
-            for k in range(ez + 1):
-                total = 0.0
-                for a in range(max(i - 1, 0), min(i, ex - 1) + 1):
-                    for b in range(max(j - 1, 0), min(j, ey - 1) + 1):
-                        for c in range(max(k - 1, 0), min(k, ez - 1) + 1):
-                            w = weight[a, b, c]
-                            if w == 0.0:
-                                continue
-                            part = 0.0
-                            for p in range(2):
-                                for q in range(2):
-                                    for r in range(2):
-                                        part += (
-                                            element[i - a, j - b, k - c, p, q, r]
-                                            * phase[a + p, b + q, c + r]
-                                        )
-                            total += w * part
-                result[i, j, k] = total
 
 
 @njit(cache=True, nogil=True)

@@ -172,16 +172,15 @@ def _rotation_matrix(rotation: ArrayLike) -> FloatArray:
     return axes
 
 
-def frame_along(axis: Sequence[float], reference: Sequence[float] | None = None) -> FloatArray:
+def frame_along(axis: Sequence[float]) -> FloatArray:
     """Right-handed frame whose third axis is given.
+
+    The first lies along the coordinate axis that is most nearly perpendicular to it.
 
     Parameters
     ----------
     axis : (3,) sequence
         Direction of the third axis, any length.
-    reference : (3,) sequence, optional
-        The first axis points as nearly this way as it can; by default along the coordinate axis
-        that is most nearly perpendicular.
 
     Returns
     -------
@@ -191,25 +190,16 @@ def frame_along(axis: Sequence[float], reference: Sequence[float] | None = None)
     Raises
     ------
     CaseError
-        If a direction has no length or the two are parallel.
+        If the direction has no length.
     """
     third = np.asarray(axis, dtype=np.float64)
     length = float(np.linalg.norm(third))
     if third.shape != (3,) or not (np.isfinite(third).all() and length > 0):
         raise CaseError(f"the axis {third.tolist()} is no direction; give three numbers, not all 0")
     third = third / length
-    if reference is None:
-        first = np.eye(3)[int(np.argmin(np.abs(third)))]
-    else:
-        first = np.asarray(reference, dtype=np.float64)
+    first = np.eye(3)[int(np.argmin(np.abs(third)))]
     first = first - (first @ third) * third
-    across = float(np.linalg.norm(first))
-    if not across > 1e-9:
-        raise CaseError(
-            f"the reference direction {list(reference or ())} is parallel to the axis "
-            f"{third.tolist()}; give one that is not"
-        )
-    first = first / across
+    first = first / np.linalg.norm(first)
     return np.stack([first, np.cross(third, first), third], axis=1)
 
 

@@ -19,7 +19,6 @@ def cylindrical_map(
     inner_radius: float,
     origin: Sequence[float] = (0.0, 0.0, 0.0),
     axis: Sequence[float] = (0.0, 0.0, 1.0),
-    reference: Sequence[float] | None = None,
 ) -> CellMap:
     """Map of cells about an axis: u = (radius, angle, height).
 
@@ -35,14 +34,12 @@ def cylindrical_map(
     origin : (3,) sequence, mm
         On the axis; a slice of cells begins here.
     axis : (3,) sequence
-    reference : (3,) sequence, optional
-        Direction of angle 0, see :func:`gradedesign.geometry.maps.cell_map.frame_along`.
 
     Returns
     -------
     CellMap
         Its second coordinate jumps by ``around``, a whole number, at half a turn from the
-        reference: invisible to periodic cells.
+        frame's first axis: invisible to periodic cells.
 
     Raises
     ------
@@ -57,7 +54,7 @@ def cylindrical_map(
     ):
         if not (np.isfinite(value) and value > 0):
             raise CaseError(f"the cylindrical map's {name} is {value:g} mm; use a positive length")
-    frame = frame_along(axis, reference)
+    frame = frame_along(axis)
     start = np.asarray(origin, dtype=np.float64)
     turn = count / (2 * np.pi)
 

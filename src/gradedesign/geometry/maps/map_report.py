@@ -66,7 +66,7 @@ class MapReport:
     shear : Spread, degrees
         Largest departure of the angles between two cell axes from a right angle.
     turn : Spread, degrees
-        Largest angle between a cell axis and the axis it should have.
+        Largest angle between a cell axis and the axis of its coordinate.
     folds : float
         Share of volume in which the cells are turned inside out, det(du/dx) <= 0.
     fold_at : (float, float, float) or None, mm
@@ -90,9 +90,7 @@ def map_report(
     cell_map: CellMap,
     points: FloatArray,
     *,
-    weights: FloatArray | None = None,
     wanted: Field | float | None = None,
-    axes: ArrayLike | None = None,
 ) -> MapReport:
     """Measure the cells that a map makes at points of a part.
 
@@ -100,13 +98,8 @@ def map_report(
     ----------
     points : (3, n) array, mm
         Inside the part, such as :func:`volume_points` or centroids of its tetrahedra.
-    weights : (n,) array, optional
-        Volume that each point stands for; equal by default.
     wanted : callable or float, optional, mm
         Specified size of the cells.
-    axes : (3, 3) array_like, optional
-        Columns are the directions that the cell axes should have; those of the coordinates by
-        default.
 
     Raises
     ------
@@ -115,37 +108,31 @@ def map_report(
     """
     x = np.asarray(points, dtype=np.float64).reshape(3, -1)
     count = x.shape[1]
-    share = np.full(count, 1.0) if weights is None else np.asarray(weights, dtype=np.float64)
+    share = np.ones(count)
     if count == 0:
         raise LatticeError(
             "no place of the part is left for cells: skin and solid regions fill it, or the part "
             "lies where no lattice was asked for; expected a place inside the part at least"
         )
-    if share.shape != (count,) or not (share >= 0).all() or not share.sum() > 0:
-        raise LatticeError(
-            f"a cell map is measured at {count} points with weights of shape {share.shape}; "
-            f"expected points inside the part and one volume for each"
-        )
     require_regular(cell_map, x)
     size, shear, turn, det = (np.zeros((n, count)) for n in (3, 1, 1, 1))
-    wished = np.eye(3) if axes is None else np.asarray(axes, dtype=np.float64)
     for low in range(0, count, _CHUNK):
         part = slice(low, low + _CHUNK)
         slope = cell_map.jacobian(x[:, part])
-        size[:, part], shear[0, part], turn[0, part], det[0, part] = _cells(slope, wished)
+        size[:, part], shear[0, part], turn[0, part], det[0, part] = _cells(slope)
     folded = det[0] <= 0
     worst = x[:, int(np.argmin(det[0]))] if folded.any() else None
     first, second, third = (spread(s, share) for s in size)
     return MapReport(
         name=cell_map.name,
         points=count,
-        size=spread(size.ravel(), np.tile(share, 3)),
+        size=spread(size.ravel(), np.ones(3 * count)),
         size_by_axis=(first, second, third),
         shear=spread(shear[0], share),
         turn=spread(turn[0], share),
-        folds=float(share[folded].sum() / share.sum()),
+        folds=float(folded.mean()),
         fold_at=None if worst is None else (float(worst[0]), float(worst[1]), float(worst[2])),
-        size_error=None if wanted is None else _size_error(size, _wanted(wanted, x), share),
+        size_error=None if wanted is None else _size_error(size, _wanted(wanted, x)),
     )
 
 
@@ -204,14 +191,14 @@ def spread(values: FloatArray, weights: FloatArray) -> Spread:
 
 
 def _cells(
-    slope: FloatArray, axes: FloatArray
+    slope: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Sizes ``(3, n)``, shear and turn in degrees and determinant ``(n,)`` from ``(3, 3, n)``."""
     length = np.maximum(np.sqrt((slope**2).sum(axis=1)), 1e-300)
     unit = slope / length[:, None]
     cosine = np.abs(np.stack([(unit[i] * unit[i - 1]).sum(axis=0) for i in range(3)])).max(axis=0)
     shear = np.degrees(np.arcsin(np.minimum(cosine, 1.0)))
-    ahead = np.einsum("jin,ji->in", unit.transpose(1, 0, 2), axes)
+    ahead = np.einsum("iin->in", unit)
     turn = np.degrees(np.arccos(np.clip(ahead.min(axis=0), -1.0, 1.0)))
     det = (slope[0] * np.cross(slope[1], slope[2], axis=0)).sum(axis=0)
     return 1 / length, shear, turn, det
@@ -222,13 +209,11 @@ def _wanted(wanted: Field | float, points: FloatArray) -> FloatArray:
     return np.broadcast_to(np.asarray(value, dtype=np.float64), points.shape[1:])
 
 
-def _size_error(size: FloatArray, wanted: FloatArray, weights: FloatArray) -> SizeError:
+def _size_error(size: FloatArray, wanted: FloatArray) -> SizeError:
     error = np.abs(size / wanted - 1)
-    pooled = np.tile(weights, 3) / (3 * weights.sum())
-    flat = error.ravel()
     return SizeError(
-        error=spread(flat, pooled),
-        within_5=float(pooled[flat <= 0.05].sum()),
-        within_10=float(pooled[flat <= 0.10].sum()),
-        worst_within_5=float(weights[(error <= 0.05).all(axis=0)].sum() / weights.sum()),
+        error=spread(error.ravel(), np.ones(error.size)),
+        within_5=float((error <= 0.05).mean()),
+        within_10=float((error <= 0.10).mean()),
+        worst_within_5=float((error <= 0.05).all(axis=0).mean()),
     )

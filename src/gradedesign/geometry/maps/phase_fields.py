@@ -15,7 +15,7 @@ from gradedesign.errors import CaseError, DensityError, ResourceError
 from gradedesign.geometry.maps._phase_kernels import centre_gradients, divergence, nearest_rotations
 from gradedesign.geometry.maps._spline_kernels import PAD, spline_gradients, spline_values
 from gradedesign.geometry.maps.cell_map import CellMap
-from gradedesign.geometry.maps.phase_poisson import box_solver, solve_weighted
+from gradedesign.geometry.maps.phase_poisson import box_solver
 from gradedesign.geometry.maps.size_tolerance import within_tolerance
 
 log = logging.getLogger(__name__)
@@ -26,7 +26,7 @@ MOST_NODES = 8_000_000
 _LEAST_STEPS = 2.0
 
 #: Nodes added at each end before the spline filter, which errs there by 0.27 a node. 0.27^22 is
-#: 3e-13, far below `phase_poisson.RTOL`.
+#: 3e-13, a rounding of the coordinates.
 _BEYOND = 22
 
 
@@ -36,18 +36,17 @@ def graded_size_map(
     upper: ArrayLike,
     *,
     spacing: float,
-    inside: Field | None = None,
     frame_of: Field | None = None,
     iterations: int = 3,
     origin: Sequence[float] | None = None,
 ) -> CellMap:
     """Map of cells whose size follows a field.
 
-    Minimises the integral of ``|grad(u) - R(x) / L(x)|^2`` over the box, or over the part: with
-    ``R`` given, three Poisson problems with natural boundaries. Then ``R`` is set to the rotation
-    nearest to ``L grad(u)`` and the problems are solved again: cells may turn in order to shear
-    less and keep their size better. Where sizes can nearly be followed, cells are then brought
-    within a tolerance of size and angles, see :mod:`gradedesign.geometry.maps.size_tolerance`.
+    Minimises the integral of ``|grad(u) - R(x) / L(x)|^2`` over the box: with ``R`` given, three
+    Poisson problems with natural boundaries. Then ``R`` is set to the rotation nearest to ``L
+    grad(u)`` and the problems are solved again: cells may turn in order to shear less and keep
+    their size better. Where sizes can nearly be followed, cells are then brought within a tolerance
+    of size and angles, see :mod:`gradedesign.geometry.maps.size_tolerance`.
 
     Parameters
     ----------
@@ -57,10 +56,6 @@ def graded_size_map(
         Box around the part. Beyond it the map continues linearly.
     spacing : float, mm
         Longest step of the grid; each axis of the box gets a whole number of steps.
-    inside : callable, optional
-        Signed distance of the part, mm, negative inside. If given, only the part (and two grid
-        steps around it) counts; elsewhere the map continues smoothly. Slower: worth it where the
-        part fills little of its box.
     frame_of : callable, optional
         Points ``(3, ...)`` to rotations ``(3, 3, ...)`` whose row i is the direction in which
         coordinate i grows, such as principal directions of stress. By default the axes of the
@@ -79,8 +74,8 @@ def graded_size_map(
     Raises
     ------
     CaseError
-        If the box is empty, the grid too coarse for the smallest cell, the part outside the box,
-        or the number of iterations negative.
+        If the box is empty, the grid too coarse for the smallest cell, or the number of iterations
+        negative.
     DensityError
         If a size is not positive and finite.
     ResourceError
@@ -98,30 +93,18 @@ def graded_size_map(
     start, steps, count = _grid(lower, upper, spacing)
     centres = _element_centres(start, steps, count)
     size = _checked_sizes(size_of, centres, steps)
-    weight = np.ones(count) if inside is None else _weights(inside, centres, steps)
     rotation = np.zeros((*count, 3, 3))
     rotation[:] = np.eye(3) if frame_of is None else np.moveaxis(frame_of(centres), (0, 1), (3, 4))
     solve = box_solver((count[0] + 1, count[1] + 1, count[2] + 1), steps)
-    unit_weight = weight if inside is None else np.ones(count)
-    target = rotation / size[..., None, None]
-    phases = np.stack([solve(load) for load in divergence(target, unit_weight, steps)])
-    for number in range(iterations + 1):
-        if number:
-            matrix = centre_gradients(phases, steps) * size[..., None, None]
-            rotation = nearest_rotations(matrix.reshape(-1, 3, 3), rotation.reshape(-1, 3, 3))
-            rotation = rotation.reshape(*count, 3, 3)
-            target = rotation / size[..., None, None]
-        load = divergence(target, weight, steps)
-        if inside is not None:
-            phases = np.stack(
-                [
-                    solve_weighted(b, weight, p, steps, solve)
-                    for b, p in zip(load, phases, strict=True)
-                ]
-            )
-        elif number:
-            phases = np.stack([solve(b) for b in load])
-    if iterations and inside is None:
+    loads = divergence(rotation / size[..., None, None], steps)
+    phases = np.stack([solve(load) for load in loads])
+    for _ in range(iterations):
+        matrix = centre_gradients(phases, steps) * size[..., None, None]
+        rotation = nearest_rotations(matrix.reshape(-1, 3, 3), rotation.reshape(-1, 3, 3))
+        rotation = rotation.reshape(*count, 3, 3)
+        loads = divergence(rotation / size[..., None, None], steps)
+        phases = np.stack([solve(load) for load in loads])
+    if iterations:
         phases = within_tolerance(phases, rotation, size, steps, solve)
     log.info(
         "phase fields: %d nodes, %d rotation-free iterations, %.1f s",
@@ -129,7 +112,7 @@ def graded_size_map(
         iterations,
         time.perf_counter() - began,
     )
-    typical = float(np.median(size[weight > 0]))
+    typical = float(np.median(size))
     return _spline_map(phases, start, steps, start if origin is None else origin, typical)
 
 
@@ -193,17 +176,6 @@ def _checked_sizes(size_of: Field, centres: FloatArray, steps: FloatArray) -> Fl
             f"use at most {size.min() / _LEAST_STEPS:.4g} mm"
         )
     return size
-
-
-def _weights(inside: Field, centres: FloatArray, steps: FloatArray) -> FloatArray:
-    """1 in elements that the part's spline touches, else 0, ``(ex, ey, ez)``."""
-    distance = np.asarray(inside(centres), dtype=np.float64)
-    counted = distance <= 2.0 * float(np.linalg.norm(steps))
-    if not counted.any():
-        raise CaseError(
-            "the part lies outside the box of its cell map; give the box around the part"
-        )
-    return counted.astype(np.float64)
 
 
 def _spline_map(

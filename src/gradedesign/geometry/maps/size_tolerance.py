@@ -61,12 +61,12 @@ def within_tolerance(
     matrix = centre_gradients(phases, steps) * size[..., None, None]
     if _share(matrix, NEAR) < NEAR_SHARE or _share(matrix, 0.05) >= _KEPT_SHARE:
         return phases
-    unit_weight, frame, refined = np.ones(size.shape), rotation, phases
+    frame, refined = rotation, phases
     for _ in range(PASSES):
         frame = nearest_rotations(matrix.reshape(-1, 3, 3), frame.reshape(-1, 3, 3))
         frame = frame.reshape(matrix.shape)
         target = matrix + _OVERSTEP * (_allowed(matrix, frame) - matrix)
-        load = divergence(target / size[..., None, None], unit_weight, steps)
+        load = divergence(target / size[..., None, None], steps)
         refined = np.stack([solve(b) for b in load])
         before = matrix
         matrix = centre_gradients(refined, steps) * size[..., None, None]

@@ -21,7 +21,6 @@ def spherical_map(
     polar_cap: float,
     origin: Sequence[float] = (0.0, 0.0, 0.0),
     axis: Sequence[float] = (0.0, 0.0, 1.0),
-    reference: Sequence[float] | None = None,
 ) -> CellMap:
     """Map of cells about a centre: u = (radius, angle from the pole, angle about the poles' axis).
 
@@ -43,8 +42,6 @@ def spherical_map(
         The centre.
     axis : (3,) sequence
         From the centre to the pole of angle 0.
-    reference : (3,) sequence, optional
-        Direction of the first meridian, see :func:`gradedesign.geometry.maps.cell_map.frame_along`.
 
     Raises
     ------
@@ -54,7 +51,7 @@ def spherical_map(
     turn = whole_cells(around, "around the equator") / (2 * np.pi)
     rise = whole_cells(pole_to_pole, "from pole to pole") / np.pi
     _require_shell(radial_size, inner_radius, polar_cap)
-    frame = frame_along(axis, reference)
+    frame = frame_along(axis)
     start = np.asarray(origin, dtype=np.float64)
 
     def local(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:

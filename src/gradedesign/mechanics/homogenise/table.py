@@ -123,53 +123,24 @@ def compute_table(
     )
 
 
-def compute_buckling(
-    cell: Cell,
-    *,
-    densities: Sequence[float] | None = None,
-    poissons_ratio: float = 0.3,
-    resolution: int | None = None,
-    edges: Sequence[float] = CUBE,
-) -> BucklingTable:
-    """Compute the critical stresses of a cell.
+def compute_buckling(cell: Cell, *, poissons_ratio: float = 0.3) -> BucklingTable:
+    """Compute the critical stresses of a cell, at the resolution that its wall needs.
 
-    Parameters
-    ----------
-    densities : sequence of float, optional
-        By default 0.05, 0.1, 0.2 and 0.3, as far as the thinnest wall has three voxels; those
-        whose critical stresses do not settle are left out, with a warning in the log.
-    resolution : int, optional
-        Of all rows; by default each has the one that its wall needs, 64 at most.
-    edges : (3,) sequence
-        Of the cell, up to a factor.
+    Densities are 0.05, 0.1, 0.2 and 0.3, as far as the thinnest wall has three voxels; those
+    whose critical stresses do not settle are left out, with a warning in the log.
 
     Raises
     ------
     DensityError, LatticeError, SolverError
         As `critical_stress`; `DensityError` also if fewer than two densities are left.
     """
-    is_stated = densities is not None
-    finest = resolution or BUCKLING_RESOLUTIONS[-1]
-    chosen = (
-        densities
-        if densities is not None
-        else [
-            d for d in _BUCKLING_DENSITIES if voxels_in_wall(cell, d, finest, edges) >= LEAST_VOXELS
-        ]
-    )
+    finest = BUCKLING_RESOLUTIONS[-1]
+    chosen = [d for d in _BUCKLING_DENSITIES if voxels_in_wall(cell, d, finest) >= LEAST_VOXELS]
     rows, refused = [], ""
     for rho in counted(chosen, f"buckling of {cell.name}, density", len(chosen)):
         try:
-            row = critical_stress(
-                cell,
-                rho,
-                poissons_ratio=poissons_ratio,
-                resolution=resolution,
-                edges=edges,
-            )
+            row = critical_stress(cell, rho, poissons_ratio=poissons_ratio)
         except SolverError as error:
-            if is_stated:
-                raise
             refused = f"; at {rho:g}: {error}"
             log.warning("buckling of %s at density %g is left out: %s", cell.name, rho, error)
         else:

@@ -219,7 +219,7 @@ class LawField:
         ):
             block = profile[rows, at] if factor is None else profile[rows, at] / factor[at]
             if law.local_stress is None:
-                wanted = density_from_stress(law, block[0], permitted, above="limit")
+                wanted = density_from_stress(law, block[0], permitted)
             else:
                 wanted = law.local_stress.least_density(block, permitted, law.window)
             least[at] = np.maximum(least[at], wanted)
