@@ -16,7 +16,6 @@ from scipy.sparse.linalg import LinearOperator, lobpcg
 
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import SolverError
-from gradedesign.mechanics.homogenise.buckling import macro_prestress, weakest_modes
 from gradedesign.mechanics.homogenise.periodic import solve_periodic
 from gradedesign.mechanics.solver.eigen_solver import (
     EigenProblem,
@@ -24,8 +23,9 @@ from gradedesign.mechanics.solver.eigen_solver import (
     ExtremeValue,
     Product,
 )
-from gradedesign.mechanics.solver.lanczos import LANCZOS
-from gradedesign.mechanics.solver.scipy_eigen import SCIPY
+from gradedesign_laboratory.buckling import macro_prestress, weakest_modes
+from gradedesign_laboratory.lanczos import LANCZOS
+from gradedesign_laboratory.scipy_eigen import SCIPY
 
 
 def sheet(n: int, rho: float) -> FloatArray:

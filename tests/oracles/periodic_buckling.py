@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.mechanics.homogenise.buckling import macro_prestress, weakest_modes
 from gradedesign.mechanics.homogenise.periodic import PeriodicSolution
+from gradedesign_laboratory.buckling import macro_prestress, weakest_modes
 
 #: A load under which the voxels' stress would be a thousand moduli is none.
 _NO_BUCKLING = 1e-3

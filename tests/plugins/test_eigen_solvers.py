@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from gradedesign import PluginError, SolverError
-from gradedesign.mechanics.homogenise.buckling import macro_prestress, weakest_modes
-from gradedesign.mechanics.homogenise.critical_stress import CriticalStress
 from gradedesign.mechanics.homogenise.periodic import solve_periodic
 from gradedesign.program.host.registry import build_registry
 from gradedesign_laboratory import run_homogenise as command
+from gradedesign_laboratory.buckling import macro_prestress, weakest_modes
+from gradedesign_laboratory.critical_stress import CriticalStress
 
 PLUGIN = """
 import numpy as np
 from gradedesign import EigenSolver, ExtremeValue, hookimpl
-from gradedesign.mechanics.solver.lanczos import lanczos
+from gradedesign_laboratory.lanczos import lanczos
 
 def solve(problem):
     high, low = lanczos(problem)

@@ -18,8 +18,6 @@ from gradedesign.mechanics.fe.load_case import PartLoadCase
 from gradedesign.mechanics.fe.loads import traction_force
 from gradedesign.mechanics.fe.space import tet_space
 from gradedesign.mechanics.fe.supports import supports_on
-from gradedesign.mechanics.homogenise import table as module
-from gradedesign.mechanics.homogenise.critical_stress import CriticalStress
 from gradedesign.mechanics.limits.cell_buckling import BucklingLimit, unknown_warning
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.limit import predicted_row
@@ -42,6 +40,8 @@ from gradedesign.mechanics.sizing.homogenised_model import homogenised_model
 from gradedesign.mechanics.sizing.size import SizingProblem, size
 from gradedesign.mechanics.sizing.state import solved_state
 from gradedesign.program.host.registry import build_registry
+from gradedesign_laboratory import buckling_tables as module
+from gradedesign_laboratory.critical_stress import CriticalStress
 
 DENSITY = np.array([0.05, 0.1, 0.2])
 

@@ -7,8 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from gradedesign.mechanics.homogenise.critical_stress import CriticalStress
 from gradedesign_laboratory import run_homogenise as module
+from gradedesign_laboratory.critical_stress import CriticalStress
 
 WORDS = ("homogenise", "gyroid-network", "--density", "0.5", "--resolution", "16")
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gradedesign import Command, hookimpl
+from gradedesign import Command, EigenSolver, hookimpl
 from gradedesign_laboratory.command import homogenise, tabulate
+from gradedesign_laboratory.lanczos import LANCZOS
+from gradedesign_laboratory.scipy_eigen import SCIPY
 
-__all__ = ["gradedesign_commands"]
+__all__ = ["gradedesign_commands", "gradedesign_eigen_solvers"]
 
 
 @hookimpl
@@ -15,3 +17,10 @@ def gradedesign_commands() -> Iterator[Command]:
     """Register ``gradedesign homogenise`` and ``gradedesign tabulate``."""
     yield Command(name="homogenise", call=homogenise)
     yield Command(name="tabulate", call=tabulate)
+
+
+@hookimpl
+def gradedesign_eigen_solvers() -> Iterator[EigenSolver]:
+    """Register the eigenvalue solvers of ``homogenise --buckling``."""
+    yield LANCZOS
+    yield SCIPY

@@ -18,14 +18,12 @@ import numpy as np
 from gradedesign import SolverError
 from gradedesign.fields import BoolArray, FloatArray, IntArray
 from gradedesign.properties import (
-    Block,
     locked,
-    padded_block,
     solid_stiffness,
-    solve_held,
     uniform_stress_load,
     unit_load,
 )
+from gradedesign_laboratory.constrained import Block, padded_block, solve_held
 
 log = logging.getLogger(__name__)
 

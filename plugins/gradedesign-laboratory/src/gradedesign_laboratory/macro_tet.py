@@ -12,7 +12,10 @@ import numpy as np
 
 from gradedesign import SolverError
 from gradedesign.fields import BoolArray, FloatArray
-from gradedesign.properties import Block, block_nodes, padded_block, solve_held, unit_load
+from gradedesign.properties import (
+    unit_load,
+)
+from gradedesign_laboratory.constrained import Block, block_nodes, padded_block, solve_held
 from gradedesign_laboratory.macro_element import (
     recover_stiffness,
     shape_values,

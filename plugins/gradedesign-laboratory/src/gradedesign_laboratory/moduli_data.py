@@ -13,9 +13,9 @@ from gradedesign.properties import (
     engineering_constants,
     isotropic_averages,
     youngs_along,
-    youngs_extremes,
     zener_ratio,
 )
+from gradedesign_laboratory.directional import youngs_extremes
 
 #: Components of stress in the order of the stiffness.
 VOIGT = ("xx", "yy", "zz", "yz", "xz", "xy")

@@ -14,9 +14,9 @@ from gradedesign.fields import FloatArray
 from gradedesign.properties import (
     StrengthSurface,
     hashin_shtrikman_upper,
-    transverse_range,
     youngs_along,
 )
+from gradedesign_laboratory.directional import transverse_range
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

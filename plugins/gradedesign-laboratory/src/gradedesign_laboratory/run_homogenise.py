@@ -33,12 +33,10 @@ from gradedesign.commands import (
 from gradedesign.properties import (
     Cell,
     CellProperties,
-    CriticalStress,
     calibrate,
     cell_properties,
     check_bounds,
     critical_long_waves,
-    critical_stress,
     relative_errors,
 )
 from gradedesign_laboratory.apparent import (
@@ -47,6 +45,7 @@ from gradedesign_laboratory.apparent import (
     apparent_stiffness,
 )
 from gradedesign_laboratory.conductivity import conductivity_bound, extrapolated_conductivity
+from gradedesign_laboratory.critical_stress import CriticalStress, critical_stress
 from gradedesign_laboratory.homogenise_block import PERIODIC, block_data, require_boundary
 from gradedesign_laboratory.moduli_data import VOIGT, cell_header, digits, moduli_data, rounded
 from gradedesign_laboratory.property_plots import (

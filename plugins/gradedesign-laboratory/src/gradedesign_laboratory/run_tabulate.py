@@ -21,7 +21,12 @@ from gradedesign.commands import (
     usable_cores,
     write_text,
 )
-from gradedesign.properties import calibrate, compute_buckling, compute_table, write_property_table
+from gradedesign.properties import (
+    calibrate,
+    compute_table,
+    write_property_table,
+)
+from gradedesign_laboratory.buckling_tables import compute_buckling
 
 #: Answer of a worker: a table's text, or the message and exit code of an error.
 _Outcome = tuple[str | None, str, int]

@@ -115,23 +115,6 @@ def isotropic_stiffness(youngs_modulus: FloatArray, poissons_ratio: float) -> Fl
     return c
 
 
-def check_density_window(law: ScalingLaw, lower: float, upper: float) -> None:
-    """Raise unless ``[lower, upper]`` lies inside the window of a law.
-
-    Raises
-    ------
-    DensityError
-        Naming the law, the request and the window.
-    """
-    a, b = law.window
-    if lower < a - 1e-9 or upper > b + 1e-9:
-        raise DensityError(
-            f"law '{law.name}' is supported for relative densities {a:g} to {b:g}, "
-            f"but {lower:g} to {upper:g} was asked for; narrow [lattice] density or name "
-            f"another law"
-        )
-
-
 def within_window(name: str, window: tuple[float, float], rho: FloatArray) -> FloatArray:
     """Return densities as float64, refusing any outside the window of law ``name``.
 

@@ -21,10 +21,7 @@ from gradedesign.mechanics.limits.limit import LimitKind
 from gradedesign.mechanics.material.library import builtin_materials
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.solver.direct import DIRECT
-from gradedesign.mechanics.solver.eigen_solver import EigenSolver
-from gradedesign.mechanics.solver.lanczos import LANCZOS
 from gradedesign.mechanics.solver.linear_solver import LinearSolver
-from gradedesign.mechanics.solver.scipy_eigen import SCIPY
 from gradedesign.program.host.hookspecs import hookimpl
 from gradedesign.program.outputs.output import Output
 from gradedesign.program.outputs.report import REPORT
@@ -71,12 +68,6 @@ def gradedesign_outputs() -> Iterable[Output]:
 def gradedesign_solvers() -> Iterable[LinearSolver]:
     """Register the linear solvers."""
     return MULTIGRID, DIRECT, SCIKIT_FEM
-
-
-@hookimpl
-def gradedesign_eigen_solvers() -> Iterable[EigenSolver]:
-    """Register the eigenvalue solvers."""
-    return LANCZOS, SCIPY
 
 
 @hookimpl

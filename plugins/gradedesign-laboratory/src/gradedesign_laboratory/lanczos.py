@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gradedesign.errors import SolverError
-from gradedesign.mechanics.solver.eigen_solver import EigenProblem, EigenSolver, ExtremeValue
+from gradedesign import EigenProblem, EigenSolver, ExtremeValue, SolverError
 
 #: Residual of a value relative to it. The value's own error is its square over the relative
 #: distance to the next value, 2e-4 where that is 5 %.

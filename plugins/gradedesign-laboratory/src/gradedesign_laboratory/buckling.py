@@ -9,8 +9,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from gradedesign.arrays import BoolArray, FloatArray
-from gradedesign.mechanics.homogenise.alternating import (
+from gradedesign import (
+    EigenProblem,
+    EigenSolver,
+    ExtremeValue,
+)
+from gradedesign.fields import BoolArray, FloatArray
+from gradedesign.properties import PeriodicSolution, conjugate_gradients, local_stress, threads_for
+from gradedesign_laboratory.alternating import (
     REPEATED,
     Signs,
     alternating_inverse,
@@ -20,16 +26,8 @@ from gradedesign.mechanics.homogenise.alternating import (
     folded,
     padded_by,
 )
-from gradedesign.mechanics.homogenise.operator import threads_for
-from gradedesign.mechanics.homogenise.periodic import PeriodicSolution, conjugate_gradients
-from gradedesign.mechanics.homogenise.strength import local_stress
-from gradedesign.mechanics.solver.eigen_solver import (
-    EigenProblem,
-    EigenSolver,
-    ExtremeValue,
-    extreme_values,
-)
-from gradedesign.mechanics.solver.lanczos import LANCZOS
+from gradedesign_laboratory.extreme_values import extreme_values
+from gradedesign_laboratory.lanczos import LANCZOS
 
 #: Residual of the solves inside the eigenvalue iteration. Chosen, not measured.
 _SOLVE_RTOL = 1e-5

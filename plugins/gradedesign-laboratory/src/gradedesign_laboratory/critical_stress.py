@@ -3,29 +3,30 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, IntArray
-from gradedesign.common.system.progress import counted
-from gradedesign.errors import SolverError
-from gradedesign.geometry.cell.cell import Cell
-from gradedesign.mechanics.homogenise.alternating import ALL_SIGNS, REPEATED, Signs
-from gradedesign.mechanics.homogenise.buckling import NEGLIGIBLE, macro_prestress, weakest_modes
-from gradedesign.mechanics.homogenise.cell_properties import RTOL, stretched_symmetry
-from gradedesign.mechanics.homogenise.periodic import PAIRS, PeriodicSolution, solve_periodic
-from gradedesign.mechanics.homogenise.sampling import (
-    CUBE,
+from gradedesign import EigenSolver, ExtremeValue, SolverError
+from gradedesign.commands import counted
+from gradedesign.fields import FloatArray, IntArray
+from gradedesign.properties import (
     LEAST_VOXELS,
+    PAIRS,
+    RTOL,
+    Cell,
+    PeriodicSolution,
     cell_fill,
+    local_stress,
     require_resolved,
+    solve_periodic,
+    stress_factors,
     voxels_in_wall,
 )
-from gradedesign.mechanics.homogenise.strength import local_stress, stress_factors
-from gradedesign.mechanics.solver.eigen_solver import EigenSolver, ExtremeValue
-from gradedesign.mechanics.solver.lanczos import LANCZOS
+from gradedesign_laboratory.alternating import ALL_SIGNS, REPEATED, Signs
+from gradedesign_laboratory.buckling import NEGLIGIBLE, macro_prestress, weakest_modes
+from gradedesign_laboratory.lanczos import LANCZOS
 
 log = logging.getLogger(__name__)
 
@@ -82,7 +83,6 @@ def critical_stress(
     *,
     poissons_ratio: float = 0.3,
     resolution: int | None = None,
-    edges: Sequence[float] = CUBE,
     solver: EigenSolver = LANCZOS,
 ) -> CriticalStress:
     """Stresses that buckle a cell in modes that repeat after one or two cells.
@@ -96,8 +96,6 @@ def critical_stress(
     resolution : int, optional
         Multiple of 4; by default the first of `BUCKLING_RESOLUTIONS` with three voxels across the
         thinnest wall.
-    edges : (3,) sequence
-        Of the cell, up to a factor.
 
     Raises
     ------
@@ -115,14 +113,14 @@ def critical_stress(
     change is added. Under cubic symmetry compression and tension along x and shear in xy stand for
     all; half turns about the axes make the two senses of shear equal.
     """
-    fine = resolution or _resolution(cell, rho, edges)
+    fine = resolution or _resolution(cell, rho)
     if fine % 4 or fine < 8:
         raise SolverError(f"resolution {fine} is impossible; expected a multiple of 4, from 8")
-    require_resolved(cell, rho, fine, edges)
-    symmetry = stretched_symmetry(cell.family.symmetry, edges)
+    require_resolved(cell, rho, fine)
+    symmetry = cell.family.symmetry
     coarse_solution, fine_solution = (
         solve_periodic(
-            cell_fill(cell, rho, n, edges=edges, share_ties=True),
+            cell_fill(cell, rho, n, share_ties=True),
             poissons_ratio=poissons_ratio,
             rtol=RTOL,
         )
@@ -143,7 +141,7 @@ def critical_stress(
     return CriticalStress(
         density=rho,
         resolution=fine,
-        wall_voxels=voxels_in_wall(cell, rho, fine, edges),
+        wall_voxels=voxels_in_wall(cell, rho, fine),
         critical=critical,
         cells=cells,
         error=error,
@@ -251,13 +249,9 @@ def refined_mode(mode: FloatArray, signs: Signs) -> FloatArray:
     return mode
 
 
-def _resolution(
-    cell: Cell,
-    rho: float,
-    edges: Sequence[float],
-) -> int:
+def _resolution(cell: Cell, rho: float) -> int:
     """Pick the first resolution whose voxels resolve the wall; the last where none does."""
     for n in BUCKLING_RESOLUTIONS:
-        if voxels_in_wall(cell, rho, n, edges) >= LEAST_VOXELS:
+        if voxels_in_wall(cell, rho, n) >= LEAST_VOXELS:
             return n
     return BUCKLING_RESOLUTIONS[-1]

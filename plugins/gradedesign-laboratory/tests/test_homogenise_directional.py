@@ -8,7 +8,7 @@ from oracles.turned_stiffness import rotated_stiffness, shear_and_poisson
 
 from gradedesign.mechanics.homogenise.bounds import check_bounds
 from gradedesign.mechanics.homogenise.constants import solid_stiffness, youngs_along
-from gradedesign.mechanics.homogenise.directional import (
+from gradedesign_laboratory.directional import (
     compliance_tensor,
     sphere_directions,
     transverse_range,

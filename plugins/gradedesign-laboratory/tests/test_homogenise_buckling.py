@@ -9,8 +9,8 @@ import pytest
 import scipy.linalg
 from oracles.periodic_buckling import periodic_buckling, prestress_buckling
 
-from gradedesign.mechanics.homogenise.buckling import geometric_product
 from gradedesign.mechanics.homogenise.periodic import solve_periodic
+from gradedesign_laboratory.buckling import geometric_product
 
 CORNERS = list(itertools.product((0, 1), repeat=3))
 

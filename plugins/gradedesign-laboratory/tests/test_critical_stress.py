@@ -14,17 +14,18 @@ from oracles.periodic_buckling import periodic_buckling
 from gradedesign.errors import DensityError, SolverError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.family import CellFamily
-from gradedesign.mechanics.homogenise import critical_stress as critical_module
-from gradedesign.mechanics.homogenise.alternating import ALL_SIGNS, REPEATED, extended, folded
-from gradedesign.mechanics.homogenise.buckling import macro_prestress, weakest_modes
-from gradedesign.mechanics.homogenise.critical_stress import critical_stress, refined_mode
 from gradedesign.mechanics.homogenise.periodic import solve_periodic
 from gradedesign.mechanics.homogenise.strength import LocalStress
 from gradedesign.mechanics.material.buckling_law import BucklingLaw
 from gradedesign.mechanics.material.buckling_table import BucklingTable
-from gradedesign.mechanics.solver.eigen_solver import EigenProblem, ExtremeValue, extreme_values
-from gradedesign.mechanics.solver.lanczos import LANCZOS
-from gradedesign.mechanics.solver.scipy_eigen import SCIPY
+from gradedesign.mechanics.solver.eigen_solver import EigenProblem, ExtremeValue
+from gradedesign_laboratory import critical_stress as critical_module
+from gradedesign_laboratory.alternating import ALL_SIGNS, REPEATED, extended, folded
+from gradedesign_laboratory.buckling import macro_prestress, weakest_modes
+from gradedesign_laboratory.critical_stress import critical_stress, refined_mode
+from gradedesign_laboratory.extreme_values import extreme_values
+from gradedesign_laboratory.lanczos import LANCZOS
+from gradedesign_laboratory.scipy_eigen import SCIPY
 
 
 def frame(n: int, width: int) -> np.ndarray:

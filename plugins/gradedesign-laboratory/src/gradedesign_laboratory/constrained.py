@@ -12,9 +12,9 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from gradedesign.arrays import BoolArray, FloatArray
-from gradedesign.errors import SolverError
-from gradedesign.mechanics.homogenise.operator import (
+from gradedesign import SolverError
+from gradedesign.fields import BoolArray, FloatArray
+from gradedesign.properties import (
     VoxelOperator,
     homogeneous_inverse,
     node_scale,

@@ -15,8 +15,8 @@ import scipy.fft
 from numba import get_num_threads
 from numpy.typing import NDArray
 
-from gradedesign.arrays import FloatArray
-from gradedesign.mechanics.homogenise.operator import (
+from gradedesign.fields import FloatArray
+from gradedesign.properties import (
     VoxelOperator,
     block_inverse,
     homogeneous_inverse,

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from gradedesign.errors import SolverError
-from gradedesign.mechanics.solver.eigen_solver import (
+from gradedesign import (
     EigenProblem,
     EigenSolver,
     ExtremeValue,
-    Product,
+    SolverError,
 )
+from gradedesign.fields import FloatArray
+
+Product = Callable[[FloatArray], FloatArray]
 
 #: Residual of a value relative to it, as `lanczos` asks for.
 _RTOL = 3e-3

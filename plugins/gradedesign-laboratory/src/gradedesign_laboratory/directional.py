@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 
-from gradedesign.arrays import FloatArray
-from gradedesign.mechanics.homogenise.constants import youngs_along
+from gradedesign.fields import FloatArray
+from gradedesign.properties import youngs_along
 
 _VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
 #: Directions from which the extremes are refined. Chosen, not measured.
