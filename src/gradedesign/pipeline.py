@@ -55,7 +55,7 @@ from gradedesign.mechanics.explicit.correction import Correction
 from gradedesign.mechanics.explicit.yielding import yielding_words
 from gradedesign.mechanics.limits.limit import limits_stress
 from gradedesign.mechanics.limits.row import LimitRow
-from gradedesign.mechanics.limits.verdict import Factors, any_broken, unsure_words
+from gradedesign.mechanics.limits.verdict import Factors, solid_breaks, unsure_words
 from gradedesign.program.host.registry import build_registry
 from gradedesign.program.outputs.failed import recording_failure
 from gradedesign.program.outputs.files import write_outputs, write_stated
@@ -168,7 +168,7 @@ def _run_stages(case: Case, registry: Registry, out: RunFolder, announce: Announ
         model = with_solid(model, solve_solid(model.homogenised))
     announce.limits("solid", model.solid)
     announce.warnings((*model.solid_yields, *unsure_words(model.solid)))
-    if any_broken(model.solid):
+    if solid_breaks(model.solid):
         result = infeasible_result(model, registry)
         return write_outputs(out, model, registry, result, announce, Computed())
     if case.run.stop_after == "solid":

@@ -191,6 +191,12 @@ DIMENSIONS: Mapping[str, Dimension] = MappingProxyType(
             (1e-6, 1e9),
             a={"min": 60.0, "s": 1.0, "ms": 1e-3, "h": 3600.0},
         ),
+        "frequency": _dimension(
+            "a frequency",
+            "400 Hz",
+            (1e-6, 1e9),
+            a={"Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "1/s": 1.0},
+        ),
         "memory": _dimension("an amount of memory", "8 GB", (1.0, 1e15), a=_MEMORY),
         "angle": _dimension(
             "an angle", "15 deg", (1e-12, 360.0), a={"deg": 1.0, "rad": 180.0 / math.pi}
@@ -222,6 +228,8 @@ SPOKEN_UNITS: Mapping[str, str] = MappingProxyType(
             "min": "mins minute minutes",
             "s": "sec secs second seconds",
             "h": "hr hrs hour hours",
+            "Hz": "hertz",
+            "kHz": "kilohertz",
             "degC": "c celsius",
             "K": "kelvin",
             "deg": "degree degrees",

@@ -14,7 +14,7 @@ from gradedesign.design.resolve.size_effects import with_size_effects
 from gradedesign.errors import DensityError
 from gradedesign.mechanics.explicit.correction import Correction
 from gradedesign.mechanics.limits.row import LimitRow
-from gradedesign.mechanics.limits.verdict import any_broken
+from gradedesign.mechanics.limits.verdict import solid_breaks
 from gradedesign.mechanics.material.constant_density import (
     density_for_stiffness,
     density_for_strength,
@@ -74,7 +74,7 @@ class FirstAnswer:
     @property
     def feasible(self) -> bool:
         """Whether the fully solid part may hold every limit; a run ends infeasible where not."""
-        return not any_broken([answer.row for answer in self.constant])
+        return not solid_breaks([answer.row for answer in self.constant])
 
     @property
     def governing(self) -> ConstantDensity | None:
@@ -118,11 +118,11 @@ def first_answer(model: DesignModel) -> FirstAnswer:
 
 def _constant(model: DesignModel, row: LimitRow) -> ConstantDensity:
     """The constant density of one limit."""
-    if row.broken:
-        return ConstantDensity(row=row, density=None, mass_g=None, reason="broken when solid")
     if row.unfavourable == "low":
         reason = "no rule gives the density at which a least value holds; sizing finds it"
         return ConstantDensity(row=row, density=None, mass_g=None, reason=reason)
+    if row.broken:
+        return ConstantDensity(row=row, density=None, mass_g=None, reason="broken when solid")
     stiff = {limit.key.kind for limit in model.limits if limit.follows_stiffness}
     least = density_for_stiffness if row.key.kind in stiff else density_for_strength
     try:

@@ -21,7 +21,7 @@ from gradedesign.geometry.cell.wall_size import wall_mm
 from gradedesign.geometry.lattice.component import KEPT, SolidComponent
 from gradedesign.mechanics.explicit.analysis import AnalysisEstimate, PlannedSolid
 from gradedesign.mechanics.explicit.small_solid import small_solid_spacing
-from gradedesign.mechanics.limits.limit import stated_goals
+from gradedesign.mechanics.limits.limit import stated_goals, stated_modes
 
 #: Of a run that gets no explicit lattice.
 _NO_ANALYSIS = AnalysisEstimate(unknowns=0, memory_bytes=0, mesh_s=0.0, solve_s=0.0)
@@ -115,6 +115,7 @@ def predicted_run(plan: Plan, inside: int) -> PredictedRun:
             solid=plan.part.volume * (1.0 - share),
             load_cases=len(case.load_case),
             goals=stated_goals(plan.limits),
+            modes=stated_modes(plan.limits),
         ),
         density,
         cell_surface(plan.cell, density, plan.layout.typical),

@@ -22,6 +22,7 @@ from gradedesign.mechanics.explicit.explicit import ExplicitResult, analyse_prin
 from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS
 from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
 from gradedesign.mechanics.explicit.small_solid import small_solid_spacing
+from gradedesign.mechanics.limits.limit import mode_goals
 from gradedesign.mechanics.limits.local_stress import allowed_stress
 
 
@@ -94,4 +95,5 @@ def printed_solid(
         solver=plan.tools.solver,
         mesher=plan.tools.surface_mesher,
         grading=grading,
+        modes=mode_goals(model.limits),
     )

@@ -273,16 +273,17 @@ def lattice_share(
     model, rho = state.model, state.rho
     weights = state.lattice_volumes
     mean = float(weights @ rho / weights.sum())
-    pairs = [
-        (limit.responses(state)[0][0], limit.allowed) for limit in limits if limit.follows_stiffness
-    ]
+    pairs = [(limit.responses(state)[0][0], limit) for limit in limits if limit.follows_stiffness]
     if not pairs:
         return 0.0, mean
-    worst, _ = max(pairs, key=lambda pair: pair[0].value / pair[1])
-    adjoint = solve_adjoints(model, system, [worst])[0]
-    u = state.displacement(worst.load_case)
+    worst, _ = max(pairs, key=lambda pair: pair[1].utilisation(pair[0].value))
     lattice = as_stiffness(in_lattice(model, lattice_stiffness(model, rho)))
-    shared = strain_energy_per_element(model.space, lattice, u, adjoint.displacement)
-    if worst.value <= 0 or shared.sum() <= 0:
+    (adjoint,) = solve_adjoints(model, system, [worst])
+    if worst.mode is not None:
+        u, v, whole = worst.mode.shape, worst.mode.shape, 1.0
+    elif adjoint is not None:
+        u, v, whole = state.displacement(worst.load_case), adjoint.displacement, worst.value
+    shared = strain_energy_per_element(model.space, lattice, u, v)
+    if whole <= 0 or shared.sum() <= 0:
         return 0.0, mean
-    return float(shared.sum() / worst.value), energy_weighted_density(shared, rho)
+    return float(shared.sum() / whole), energy_weighted_density(shared, rho)

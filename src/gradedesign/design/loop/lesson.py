@@ -94,7 +94,7 @@ def _judged_rows(
 def _most_used(limits: Sequence[Limit], explicit: Mapping[LimitKey, float]) -> LimitKey | None:
     """The limit on stiffness that is used most; None without any."""
     utilisations = {
-        limit.key: explicit[limit.key] / limit.allowed
+        limit.key: limit.utilisation(explicit[limit.key])
         for limit in limits
         if limit.follows_stiffness and limit.key in explicit
     }
@@ -120,7 +120,10 @@ def _corrected(
     if worst is None:
         return replace(correction, factors=tuple(factors.items()))
     before = {key: prediction.value for key, prediction in predicted.values.items()}
-    ratio = stiffness_update(explicit[worst], before[worst], predicted.lattice_share)
+    limit = next(limit for limit in limits if limit.key == worst)
+    ratio = stiffness_update(
+        limit.compliance(explicit[worst]), limit.compliance(before[worst]), predicted.lattice_share
+    )
     mean = predicted.mean_density
     factor = correction.stiffness * (mean / correction.reference) ** correction.exponent
     samples = (*correction.samples, (mean, damped(factor, factor * ratio, damping)))

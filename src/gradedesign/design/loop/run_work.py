@@ -101,6 +101,7 @@ def _predicted_spacings(
 def guessed_density(cells: CellChoice, limits: Sequence[Limit], solid: Sequence[LimitRow]) -> float:
     """Mean density at which the lattice, by the law, uses up the margin of the solid part."""
     low, high = cells.bounds
+    solid = [row for row in solid if row.unfavourable == "high"]
     if not solid:
         return low + (high - low) * _USUAL_SHARE
     rho = np.linspace(low, high, SAMPLES)

@@ -124,10 +124,11 @@ def _gain(
 
 
 def _relative_slope(solved: _Solved, limit: Limit) -> FloatArray:
-    """Derivative of a value by every density, over the value, ``(M,)``."""
+    """Derivative of a utilisation by every density, over the utilisation, ``(M,)``."""
     response = limit.responses(solved.state)[0][0]
     adjoints = solve_adjoints(solved.state.model, solved.system, [response])
-    return response_gradients(solved.state, [response], adjoints)[0] / response.value
+    slope = limit.utilisation_slope(response.value) / limit.utilisation(response.value)
+    return response_gradients(solved.state, [response], adjoints)[0] * slope
 
 
 def density_gain(

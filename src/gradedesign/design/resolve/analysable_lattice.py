@@ -15,7 +15,7 @@ from gradedesign.design.resolve.plan import Plan, stated_zones
 from gradedesign.design.resolve.planned_solid import planned_part
 from gradedesign.errors import ResourceError
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
-from gradedesign.mechanics.limits.limit import stated_goals
+from gradedesign.mechanics.limits.limit import stated_goals, stated_modes
 
 
 def analysable_lattice(
@@ -47,6 +47,7 @@ def analysable_lattice(
         solid=solid,
         load_cases=len(case.load_case),
         goals=stated_goals(plan.limits),
+        modes=stated_modes(plan.limits),
     )
     able = analysable_together(
         [

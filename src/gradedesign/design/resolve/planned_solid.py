@@ -32,6 +32,8 @@ class PlannedPart:
         Projected area of the inner faces of its skin; 0 without one.
     goals : int
         Values of limits whose own error acceptance estimates.
+    modes : int
+        Lowest natural frequencies that analyses find.
     """
 
     box: tuple[float, float, float]
@@ -41,6 +43,7 @@ class PlannedPart:
     inner: float
     load_cases: int
     goals: int = 0
+    modes: int = 0
 
 
 def planned_part(
@@ -51,6 +54,7 @@ def planned_part(
     solid: float,
     load_cases: int,
     goals: int,
+    modes: int,
 ) -> PlannedPart:
     """A part from its surface and the volumes of its lattice and of what stays solid, mm^3."""
     areas = np.abs(area_vectors(surface))
@@ -64,6 +68,7 @@ def planned_part(
         inner=float(areas.sum()) if domain.closed else 0.0,
         load_cases=load_cases,
         goals=goals,
+        modes=modes,
     )
 
 
@@ -86,4 +91,5 @@ def planned_solid(part: PlannedPart, rho: float, lattice: CellSurface) -> Planne
         curvature=float(part.latticed * lattice.curvature),
         load_cases=part.load_cases,
         goals=part.goals,
+        modes=part.modes,
     )

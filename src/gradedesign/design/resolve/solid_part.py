@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from gradedesign.mechanics.fe.elastic_system import prepare_elastic
 from gradedesign.mechanics.fe.load_case import PartLoadCase, load_vector
+from gradedesign.mechanics.fe.natural_modes import ModeGoal, found_frequencies
 from gradedesign.mechanics.fe.scikit_fem import assemble_scikit_fem
 from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.solve import solve_elastic
 from gradedesign.mechanics.fe.space import TetSpace
 from gradedesign.mechanics.fe.stiffness import IsotropicStiffness
 from gradedesign.mechanics.material.material import Material
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 from gradedesign.mechanics.solver.linear_solver import LinearSolver
 
 
@@ -36,5 +39,28 @@ def solid_solutions(
     vectors = [
         load_vector(space, case, stiffness, density, material.thermal_expansion) for case in loads
     ]
-    by_scikit_fem = replace(solver, assemble=assemble_scikit_fem)
-    return solve_elastic(space, stiffness, vectors, solver=by_scikit_fem)
+    return solve_elastic(space, stiffness, vectors, solver=_by_scikit_fem(solver))
+
+
+def solid_frequencies(
+    part: HomogenisedModel, solutions: Sequence[Solution], goals: Mapping[Hashable, ModeGoal]
+) -> dict[Hashable, float]:
+    """Natural frequencies of the fully solid part, Hz; ``solutions`` are those of its load cases.
+
+    On the same stiffness.
+    """
+    if not goals:
+        return {}
+    system = prepare_elastic(
+        part.space,
+        dense_stiffness(part.space, part.material),
+        solver=_by_scikit_fem(part.solver),
+        earlier=[solution.displacement for solution in solutions],
+    )
+    held = {case.name: case.supports.fixed for case in part.cases}
+    return found_frequencies(system, held, part.volumes * part.material.density, goals)
+
+
+def _by_scikit_fem(solver: LinearSolver) -> LinearSolver:
+    """The solver on a stiffness that scikit-fem assembles."""
+    return replace(solver, assemble=assemble_scikit_fem)

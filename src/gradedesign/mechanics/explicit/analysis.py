@@ -58,6 +58,8 @@ class PlannedSolid:
         Integral of mean curvature over its surface.
     goals : int
         Values of limits whose own error acceptance estimates, each by the solution of a dual.
+    modes : int
+        Lowest natural frequencies that are found.
     """
 
     box: tuple[float, float, float]
@@ -66,6 +68,7 @@ class PlannedSolid:
     curvature: float
     load_cases: int
     goals: int = 0
+    modes: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -195,6 +198,10 @@ class SolvedSolid(Protocol):
     @property
     def work(self) -> Mapping[str, float]:
         """Work of loads and inertia on the displacements they cause, by load case, N mm."""
+
+    @property
+    def frequencies(self) -> Mapping[Hashable, float]:
+        """Natural frequencies by the keys of the printed solid's modes, Hz."""
 
     @property
     def traction_residual(self) -> Mapping[str, float]:

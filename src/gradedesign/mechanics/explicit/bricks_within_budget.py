@@ -14,11 +14,13 @@ from gradedesign.errors import LatticeError, ResourceError
 from gradedesign.geometry.lattice.lattice import lattice_field
 from gradedesign.mechanics.explicit.analysis import Resolution
 from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
+from gradedesign.mechanics.fe.natural_modes import highest_mode
 from gradedesign.mechanics.finite_cell.analysis import brick_grid, divide
 from gradedesign.mechanics.finite_cell.cut_problem import CutProblem, require_regions
 from gradedesign.mechanics.finite_cell.elements import DisconnectedError, Elements, solid_volume
 from gradedesign.mechanics.finite_cell.grid import Plane
 from gradedesign.mechanics.finite_cell.space import BrickSpace, unknown_count
+from gradedesign.mechanics.solver.lowest_modes import GUARD
 
 log = logging.getLogger(__name__)
 
@@ -27,6 +29,9 @@ log = logging.getLogger(__name__)
 #: bricks to a cell; at 0.15, where most elements hold less solid than void, 475 on 9.2 M unknowns
 #: and 615 on 0.8 M, whose peak this predicts 8 % too low.
 BASE_BYTES, BYTES_PER_UNKNOWN, _BYTES_PER_BRICK = 300_000_000, 480, 100
+#: Memory of each unknown for each mode of an iteration, bytes: three vectors with their products,
+#: and the sums that replace them.
+_BYTES_PER_MODE = 120
 #: The next spacing where bricks lost volume or components, and the volume they may lose. Chosen,
 #: not measured.
 FINER, VOLUME_TOLERANCE = 0.8, 0.04
@@ -74,6 +79,7 @@ def _design_problem(solid: PrintedSolid, spacing: float, *, graded: bool = False
         bodies=domain.bodies,
         grading=solid.grading if graded else None,
         goals=solid.goals,
+        modes=solid.modes,
     )
 
 
@@ -102,7 +108,7 @@ def divided_within_budget(
         lost, why, divided = _tried(problem, spacing)
         if divided is not None:
             unknowns = unknown_count(divided[1])
-            need = predict_memory(unknowns)
+            need = predict_memory(unknowns, highest_mode(solid.modes.values()))
             if need <= memory:
                 return DividedSolid(
                     problem=problem,
@@ -190,6 +196,7 @@ def _require_room(problem: CutProblem, spacing: float, memory: float) -> None:
         )
 
 
-def predict_memory(unknowns: float) -> int:
-    """Peak memory of an analysis, bytes."""
-    return int(BASE_BYTES + BYTES_PER_UNKNOWN * unknowns)
+def predict_memory(unknowns: float, modes: int = 0) -> int:
+    """Peak memory of an analysis that finds so many natural frequencies, bytes."""
+    block = _BYTES_PER_MODE * (modes + GUARD) if modes else 0
+    return int(BASE_BYTES + (BYTES_PER_UNKNOWN + block) * unknowns)

@@ -60,6 +60,11 @@ class ExplicitResult:
         return self.solved.work
 
     @property
+    def frequencies(self) -> Mapping[Hashable, float]:
+        """Natural frequencies by the keys of the limits that ask for them, Hz."""
+        return self.solved.frequencies
+
+    @property
     def traction_residual(self) -> Mapping[str, float]:
         """Residual of the tractions by load case, see `SolvedSolid.traction_residual`."""
         return self.solved.traction_residual

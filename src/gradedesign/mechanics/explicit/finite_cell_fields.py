@@ -97,6 +97,11 @@ class FiniteCellFields:
         return self.result.work
 
     @property
+    def frequencies(self) -> Mapping[Hashable, float]:
+        """Natural frequencies by the keys of the problem's modes, Hz."""
+        return self.result.frequencies
+
+    @property
     def traction_residual(self) -> Mapping[str, float]:
         """Squared residual of the tractions over the energy, by load case under forces alone."""
         return {
@@ -107,7 +112,7 @@ class FiniteCellFields:
 
     @property
     def goal_residuals(self) -> Mapping[Hashable, GoalResidual]:
-        """Residuals of the goals of the problem, by their keys."""
+        """Residuals of the goals and frequencies of the problem, by their keys."""
         return {key: value for s in self.result.solutions for key, value in s.goals.items()}
 
     def von_mises(self, load_case: str) -> FloatArray:

@@ -17,7 +17,6 @@ from gradedesign.mechanics.explicit.analysis import (
 )
 from gradedesign.mechanics.explicit.bricks_within_budget import (
     BASE_BYTES,
-    BYTES_PER_UNKNOWN,
     divided_within_budget,
     predict_memory,
 )
@@ -27,6 +26,7 @@ from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
 from gradedesign.mechanics.explicit.spacing_for import spacing_for
 from gradedesign.mechanics.finite_cell.analysis import solve_divided
 from gradedesign.mechanics.finite_cell.stress import solid_parts
+from gradedesign.mechanics.solver.lowest_modes import GUARD
 
 log = logging.getLogger(__name__)
 
@@ -37,6 +37,8 @@ ORDERS = (0.75, 1.5, 3.0)
 #: Seconds for each brick of the box (sampling its field) and each unknown (the first load case) on
 #: two idle cores, and what a further load case adds as a share of the latter: set-up is shared.
 _BRICK_S, UNKNOWN_S, MORE_CASES = 1e-4, 1.8e-5, 0.7
+#: The same for each mode of the iteration that finds natural frequencies.
+_MODE = 0.7
 #: Largest spacing over the one that walls ask for, where that does not fit the memory. Chosen, not
 #: measured.
 COARSEST = 1.25
@@ -89,11 +91,12 @@ def estimate(planned: PlannedSolid, spacing: float) -> AnalysisEstimate:
     edges = np.ceil(np.asarray(planned.box) / spacing)
     bricks = float(edges.prod())
     unknowns = int(min(touched_unknowns(planned, spacing), 3.0 * float((2.0 * edges + 1.0).prod())))
+    modes = _MODE * (planned.modes + GUARD) if planned.modes else 0.0
     return AnalysisEstimate(
         unknowns=unknowns,
-        memory_bytes=predict_memory(unknowns),
+        memory_bytes=predict_memory(unknowns, planned.modes),
         mesh_s=_BRICK_S * bricks,
-        solve_s=UNKNOWN_S * unknowns * (1.0 + MORE_CASES * (planned.load_cases - 1)),
+        solve_s=UNKNOWN_S * unknowns * (1.0 + MORE_CASES * (planned.load_cases - 1) + modes),
     )
 
 
@@ -119,7 +122,8 @@ def touched_unknowns(planned: PlannedSolid, spacing: float) -> float:
 
 def fitted_spacing(planned: PlannedSolid, spacing: float, memory_bytes: float) -> float:
     """Longest edge that bricks have, mm: one that the memory holds and that divides the box."""
-    room = (memory_bytes - BASE_BYTES) / BYTES_PER_UNKNOWN
+    each = predict_memory(1.0, planned.modes) - BASE_BYTES
+    room = (memory_bytes - BASE_BYTES) / each
     if estimate(planned, spacing).unknowns > room:
         spacing = spacing_for(estimate, planned, room, spacing, COARSEST * spacing) or spacing
     box = np.asarray(planned.box)

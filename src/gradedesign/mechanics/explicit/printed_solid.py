@@ -14,6 +14,7 @@ from gradedesign.mechanics.explicit.support_zones import SupportZone
 from gradedesign.mechanics.fe.displacement_goal import DisplacementGoal
 from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
 from gradedesign.mechanics.fe.multigrid_solver import MULTIGRID
+from gradedesign.mechanics.fe.natural_modes import ModeGoal
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.solver.linear_solver import LinearSolver
 
@@ -45,6 +46,8 @@ class PrintedSolid:
         ``(...)``. Finite cells take it.
     goals : mapping of LimitKey to DisplacementGoal
         Values of limits whose own error an analysis is to estimate. Finite cells do.
+    modes : mapping of LimitKey to ModeGoal
+        Natural frequencies that every analysis is to find.
     """
 
     load_cases: tuple[LoadCaseSpec, ...]
@@ -60,3 +63,4 @@ class PrintedSolid:
     field: Field | None = None
     grading: Field | None = None
     goals: Mapping[Hashable, DisplacementGoal] = dataclass_field(default_factory=dict)
+    modes: Mapping[Hashable, ModeGoal] = dataclass_field(default_factory=dict)

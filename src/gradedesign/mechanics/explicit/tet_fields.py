@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -37,6 +37,8 @@ class TetFields:
     thermal_strain : dict of load case to float
     facets : dict of region to (k, 3) int array
     work : dict of load case to float, N mm
+    frequencies : dict of any key to float, Hz
+        Of the modes of the printed solid.
     """
 
     space: TetSpace
@@ -46,6 +48,7 @@ class TetFields:
     facets: Mapping[str, IntArray]
     work: Mapping[str, float]
     division: Discretisation
+    frequencies: Mapping[Hashable, float] = field(default_factory=dict)
 
     @property
     def load_cases(self) -> tuple[str, ...]:

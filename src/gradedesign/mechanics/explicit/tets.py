@@ -12,17 +12,19 @@ from gradedesign.common.system.progress import report_step
 from gradedesign.errors import LatticeError
 from gradedesign.geometry.part.part_mesh import region_facets
 from gradedesign.geometry.part.regions import Region
-from gradedesign.geometry.tets.tet_mesh import TetMesh
+from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
 from gradedesign.mechanics.explicit.analysis import Discretisation
 from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
 from gradedesign.mechanics.explicit.tet_fields import TetFields, solid_stiffness
+from gradedesign.mechanics.fe.elastic_system import prepare_elastic
 from gradedesign.mechanics.fe.load_case import (
     case_loads,
     load_vector,
     mechanical_force,
     work_of,
 )
-from gradedesign.mechanics.fe.solve import solve_elastic
+from gradedesign.mechanics.fe.natural_modes import found_frequencies
+from gradedesign.mechanics.fe.solve import solve_cases
 from gradedesign.mechanics.fe.space import tet_space
 
 #: Unknowns per quadratic tetrahedron of a lattice: walls two to three elements thick have 4.8 to
@@ -63,7 +65,9 @@ def solve_tets(
     vectors = [
         load_vector(space, case, stiffness, density, material.thermal_expansion) for case in cases
     ]
-    solutions = solve_elastic(space, stiffness, vectors, solver=solid.solver)
+    system = prepare_elastic(space, stiffness, solver=solid.solver)
+    solutions = solve_cases(system, vectors)
+    held = {case.name: case.supports.fixed for case in cases}
     forces = [mechanical_force(space, case, density) for case in cases]
     return TetFields(
         space=space,
@@ -74,6 +78,9 @@ def solve_tets(
         },
         facets=facets,
         work=work_of(forces, solutions),
+        frequencies=found_frequencies(
+            system, held, signed_volumes(space.mesh) * density, solid.modes
+        ),
         division=replace(division, unknowns=space.dof_count),
     )
 

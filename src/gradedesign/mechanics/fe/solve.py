@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.common.system.progress import stepping
 from gradedesign.errors import ResourceError, SolverError
 from gradedesign.mechanics.fe.elastic_system import ElasticSystem, prepare_elastic
@@ -25,7 +25,12 @@ from gradedesign.mechanics.fe.solution import LoadVector, Solution
 from gradedesign.mechanics.fe.space import TetSpace
 from gradedesign.mechanics.fe.stiffness import Stiffness
 from gradedesign.mechanics.solver.galerkin_start import galerkin_start
-from gradedesign.mechanics.solver.linear_solver import LinearAnswer, LinearSolver, LinearSystem
+from gradedesign.mechanics.solver.linear_solver import (
+    LinearAnswer,
+    LinearSolver,
+    LinearSystem,
+    Solve,
+)
 
 log = logging.getLogger(__name__)
 
@@ -96,6 +101,12 @@ def solve_cases(
     return _solve_groups(system, cases, groups, rtol)
 
 
+def prepared_solve(system: ElasticSystem, fixed: BoolArray) -> Solve:
+    """The solver of a system for held components ``(3, N)``; its answers are not checked."""
+    solver = _for_size(system.solver, np.count_nonzero(~fixed))
+    return _prepared(system, solver, _support_key(fixed), fixed)
+
+
 def predict_memory_bytes(unknowns: int, order: int = 2) -> int:
     """Predict the peak memory of a solve by multigrid, mesh and matrix included.
 
@@ -133,8 +144,32 @@ def _equal_supports(cases: Sequence[LoadVector]) -> dict[bytes, list[int]]:
     """Indices of load cases, grouped by equal fixed components."""
     groups: dict[bytes, list[int]] = {}
     for k, case in enumerate(cases):
-        groups.setdefault(np.packbits(case.supports.fixed).tobytes(), []).append(k)
+        groups.setdefault(_support_key(case.supports.fixed), []).append(k)
     return groups
+
+
+def _support_key(fixed: BoolArray) -> bytes:
+    """Held components ``(3, N)`` as a key."""
+    return np.packbits(fixed).tobytes()
+
+
+def _for_size(solver: LinearSolver, free: int) -> LinearSolver:
+    """The solver, or the one that solves as few free unknowns."""
+    return solver.other if solver.other is not None and free < solver.least_unknowns else solver
+
+
+def _prepared(system: ElasticSystem, solver: LinearSolver, key: bytes, fixed: BoolArray) -> Solve:
+    """What a solver prepares for held components ``(3, N)``, once a system."""
+    if (solver.name, key) not in system.prepared:
+        system.prepared[solver.name, key] = solver.prepare(
+            LinearSystem(
+                matrix=system.matrix,
+                fixed=fixed,
+                space=system.space,
+                stiffness=system.stiffness,
+            )
+        )
+    return system.prepared[solver.name, key]
 
 
 def _solve_groups(
@@ -157,11 +192,9 @@ def _solve_group(
     system: ElasticSystem, key: bytes, cases: Sequence[LoadVector], rtol: float
 ) -> list[Solution]:
     """Solve load cases that share their fixed components."""
-    solver = system.solver
     free = ~cases[0].supports.fixed.T.ravel()
     right = np.stack([free * right_hand_side(system.matrix, case) for case in cases])
-    if solver.other is not None and np.count_nonzero(free) < solver.least_unknowns:
-        solver = solver.other
+    solver = _for_size(system.solver, np.count_nonzero(free))
     solutions = _iterated(system, solver, key, cases, right, rtol)
     if solver.other is None:
         _require_sound(solutions)
@@ -186,15 +219,7 @@ def _iterated(
     rtol: float,
 ) -> list[Solution]:
     """Solve to the residual, and further where equilibrium needs it; the caller checks it."""
-    if (solver.name, key) not in system.prepared:
-        system.prepared[solver.name, key] = solver.prepare(
-            LinearSystem(
-                matrix=system.matrix,
-                fixed=cases[0].supports.fixed,
-                space=system.space,
-                stiffness=system.stiffness,
-            )
-        )
+    solve = _prepared(system, solver, key, cases[0].supports.fixed)
     free = ~cases[0].supports.fixed.T.ravel()
     x = galerkin_start(system.matrix, free, right, system.earlier)
     done = np.zeros(len(cases), dtype=np.int64)
@@ -204,7 +229,7 @@ def _iterated(
         goal = rtol * _TIGHTER**tightening
         names = dict.fromkeys(cases[k].name for k in open_cases)
         with stepping(f"solving {', '.join(names)}"):
-            answer = system.prepared[solver.name, key](right[open_cases], x[open_cases], goal)
+            answer = solve(right[open_cases], x[open_cases], goal)
         _require_answer(solver, answer, (len(open_cases), right.shape[1]))
         x[open_cases] = answer.x
         if answer.iterations is not None:

@@ -13,6 +13,7 @@ from gradedesign.errors import CaseError
 from gradedesign.geometry.part.regions import Region
 from gradedesign.mechanics.fe.displacement_goal import DisplacementGoal
 from gradedesign.mechanics.fe.load_case import LoadCaseSpecification
+from gradedesign.mechanics.fe.natural_modes import ModeGoal
 from gradedesign.mechanics.finite_cell.grid import Plane
 from gradedesign.mechanics.material.material import Material
 
@@ -40,6 +41,8 @@ class CutProblem:
     goals : mapping of any key to DisplacementGoal
         Values whose own error is estimated, see `CaseSolution.goals`; each costs the solution of
         its dual. Only on elements of one size.
+    modes : mapping of any key to ModeGoal
+        Natural frequencies to find, see `CaseSolution.frequencies`.
     """
 
     field: Field
@@ -52,6 +55,7 @@ class CutProblem:
     bodies: int = 1
     grading: Field | None = None
     goals: Mapping[Hashable, DisplacementGoal] = dataclass_field(default_factory=dict)
+    modes: Mapping[Hashable, ModeGoal] = dataclass_field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lower", locked(self.lower, (3,), name="lower"))

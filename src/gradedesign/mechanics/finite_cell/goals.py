@@ -22,6 +22,7 @@ from gradedesign.mechanics.finite_cell.stress import displacement_at
 from gradedesign.mechanics.finite_cell.surface import SurfacePoints, chosen_points
 from gradedesign.mechanics.finite_cell.traction_residual import (
     Carried,
+    GoalResidual,
     Imbalance,
     free_components,
     goal_residual,
@@ -107,8 +108,15 @@ def with_residuals(
     for specification, solution in zip(problem.cases, cases, strict=True):
         own_goals = [k for k in duals if problem.goals[k].load_case == solution.name]
         forced = _forced(specification)
+        goals: dict[Hashable, GoalResidual] = {}
+        if solution.frequencies:
+            bare = free_components(elements, looked_at, _held(specification, places))
+            for key, frequency in solution.frequencies.items():
+                # A frequency is too high by half the share by which the work is too small.
+                lost = traction_residual(elements, space, frequency.shape, lame, looked_at, bare)
+                goals[key] = GoalResidual(rise=0.0, fall=0.5 * lost * frequency.value)
         if not (forced or own_goals):
-            out.append(solution)
+            out.append(replace(solution, goals=goals))
             continue
         carried = _carried(specification, places)
         free = free_components(elements, looked_at, carried)
@@ -120,7 +128,6 @@ def with_residuals(
         own = imbalance(
             elements, space, solution.u, lame, looked_at, thermal_strain=solution.thermal_strain
         )
-        goals = {}
         for key in own_goals:
             other, neither = _dual_imbalance(duals[key], elements, space, lame, looked_at)
             goals[key] = goal_residual(own, other, lame, looked_at, free & neither)
@@ -159,7 +166,13 @@ def _forced(case: LoadCaseSpecification) -> bool:
 
 def _carried(case: LoadCaseSpecification, places: Mapping[str, SurfacePoints]) -> list[Carried]:
     """Regions on which supports and loads of a case act, with the components of these."""
-    found: list[Carried] = [(places[load.region], EVERY) for load in case.load]
+    loaded: list[Carried] = [(places[load.region], EVERY) for load in case.load]
+    return loaded + _held(case, places)
+
+
+def _held(case: LoadCaseSpecification, places: Mapping[str, SurfacePoints]) -> list[Carried]:
+    """Regions that supports of a case hold, with the components of these."""
+    found: list[Carried] = []
     for fix in case.fix:
         x, y, z = (value is not None for value in fix.displacement)
         found.append((places[fix.region], (x, y, z)))

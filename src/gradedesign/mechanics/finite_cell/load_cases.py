@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Hashable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from gradedesign.common.system.progress import stepping
 from gradedesign.errors import SolverError
 from gradedesign.mechanics.fe.displacement_goal import DisplacementGoal
 from gradedesign.mechanics.fe.load_case import LoadCaseSpecification
+from gradedesign.mechanics.fe.natural_modes import highest_mode
 from gradedesign.mechanics.finite_cell.cut_problem import CutProblem
 from gradedesign.mechanics.finite_cell.elements import Elements
 from gradedesign.mechanics.finite_cell.first_guess import first_guess, nearest_combination
@@ -22,8 +23,9 @@ from gradedesign.mechanics.finite_cell.hanging import gather_hanging
 from gradedesign.mechanics.finite_cell.iterate import Iterate, conjugate_gradients
 from gradedesign.mechanics.finite_cell.loads import case_force, thermal_force
 from gradedesign.mechanics.finite_cell.multigrid import build_preconditioner, cycle
+from gradedesign.mechanics.finite_cell.natural_modes import natural_modes
 from gradedesign.mechanics.finite_cell.operator import Operator, lame_constants, operator, product
-from gradedesign.mechanics.finite_cell.result import CaseSolution, FiniteCellResult
+from gradedesign.mechanics.finite_cell.result import CaseSolution, FiniteCellResult, Frequency
 from gradedesign.mechanics.finite_cell.space import BrickSpace, unknown_count
 from gradedesign.mechanics.finite_cell.supports import Held, held_by, support_key
 from gradedesign.mechanics.finite_cell.surface import SurfacePoints
@@ -48,6 +50,9 @@ MAX_ITERATIONS = 400
 #: Error of a dual in the energy norm at which its iteration stops: it weighs an error estimate.
 #: Chosen, not measured.
 DUAL_ENERGY = 1e-2
+#: Displacements of load cases from which modes start at most: each takes the memory of three
+#: vectors. Chosen, not measured.
+_SIMILAR = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,6 +120,8 @@ def solved_cases(
                 for key, goal in goals.items()
                 if goal.load_case == solved[k].name
             }
+        for k, frequencies in _frequencies(problem, members, system, free).items():
+            solved[k] = replace(solved[k], frequencies=frequencies)
         # The largest arrays go before those of the error estimate come.
         del levels, system, stiffness, held, own, free
     cases = tuple(solved[k] for k in range(len(problem.cases)))
@@ -122,6 +129,28 @@ def solved_cases(
     if space.hanging is not None:
         return cases
     return with_residuals(problem, elements, space, places, cases, duals)
+
+
+def _frequencies(
+    problem: CutProblem, members: Sequence[int], system: _System, free: Sequence[FloatArray]
+) -> dict[int, dict[Hashable, Frequency]]:
+    """Natural frequencies of load cases that share their supports, by number of the case."""
+    names = {problem.cases[k].name: k for k in members}
+    wanted = {key: goal for key, goal in problem.modes.items() if goal.load_case in names}
+    if not wanted:
+        return {}
+    modes = natural_modes(
+        system.elements, system.space, system.stiffness, system.keep, system.precondition,
+        problem.material.density, highest_mode(wanted.values()),
+        similar=free[:_SIMILAR], name=next(iter(wanted.values())).load_case,
+    )  # fmt: skip
+    found: dict[int, dict[Hashable, Frequency]] = {}
+    for key, goal in wanted.items():
+        shape = modes.shapes[goal.number - 1].reshape(system.keep.shape)
+        value = float(modes.frequencies[goal.number - 1])
+        of_case = found.setdefault(names[goal.load_case], {})
+        of_case[key] = Frequency(value=value, shape=shape)
+    return found
 
 
 def _dual(

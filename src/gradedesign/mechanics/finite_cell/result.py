@@ -17,6 +17,21 @@ from gradedesign.mechanics.finite_cell.traction_residual import GoalResidual
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Frequency:
+    """A natural frequency.
+
+    Attributes
+    ----------
+    value : float, Hz
+    shape : (N, 3) array
+        Whose strain energy is 1/2; only its form means something.
+    """
+
+    value: float
+    shape: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CaseSolution:
     """Displacement of one load case.
 
@@ -36,6 +51,8 @@ class CaseSolution:
         and where elements have two sizes.
     goals : mapping of any key to GoalResidual
         The same of the goals of the problem in this load case, whatever acts in it.
+    frequencies : mapping of any key to Frequency
+        Of the modes of the problem that this load case holds.
     """
 
     name: str
@@ -47,6 +64,7 @@ class CaseSolution:
     thermal_strain: float
     traction_residual: float | None
     goals: Mapping[Hashable, GoalResidual] = field(default_factory=dict)
+    frequencies: Mapping[Hashable, Frequency] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -79,6 +97,11 @@ class FiniteCellResult:
     processor_seconds: float
     lame: tuple[float, float]
     notes: tuple[str, ...] = ()
+
+    @property
+    def frequencies(self) -> dict[Hashable, float]:
+        """Natural frequencies by the keys of the problem's modes, Hz."""
+        return {key: f.value for s in self.solutions for key, f in s.frequencies.items()}
 
     @property
     def work(self) -> dict[str, float]:

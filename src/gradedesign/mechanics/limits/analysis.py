@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Protocol
 
 from gradedesign.arrays import FloatArray
@@ -47,6 +47,10 @@ class Analysis(Protocol):
         Force times displacement: twice the strain energy where supports are rigid and nothing is
         heated.
         """
+
+    @property
+    def frequencies(self) -> Mapping[Hashable, float]:
+        """Natural frequencies by the keys of the limits that ask for them, Hz."""
 
     def region_displacement(self, region: str, load_case: str) -> FloatArray:
         """Displacements of the nodes of a region, ``(3, k)``, mm."""

@@ -18,7 +18,7 @@ class LimitKey:
     region : str
         Region of the part, or phase of the printed solid; empty for the whole part.
     component : str
-        ``"x"``, ``"y"``, ``"z"``, ``"magnitude"``, or empty.
+        ``"x"``, ``"y"``, ``"z"``, ``"magnitude"``, ``"mode 1"``, or empty.
     load_case : str
         Empty for a limit on the largest value over all load cases.
     """

@@ -7,8 +7,9 @@ the worst place) gives the density that every tetrahedron needs at its present m
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -17,6 +18,7 @@ from gradedesign.common.values.locate import Where
 from gradedesign.geometry.part.regions import Region
 from gradedesign.mechanics.fe.displacement_goal import DisplacementGoal
 from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
+from gradedesign.mechanics.fe.natural_modes import ModeGoal
 from gradedesign.mechanics.fe.supports import Supports
 from gradedesign.mechanics.limits.analysis import Analysis, SubmodelStress
 from gradedesign.mechanics.limits.banded import Banded
@@ -65,13 +67,35 @@ class Limit(ABC):
     unfavourable: ClassVar[str] = "high"
     #: The value converges with the order that an analysis states; percentiles and maxima do not.
     converges: ClassVar[bool] = False
+    #: No lattice has a better value than the fully solid part.
+    solid_is_best: ClassVar[bool] = True
     #: Utilisation up to which a broken limit may hold again by changes elsewhere in the design.
     scatter: ClassVar[float] = 1.0
 
     @property
     def follows_stiffness(self) -> bool:
-        """Whether the value falls as the stiffness grows: a displacement or work, no stress."""
+        """Whether the value says how stiff the design is: a displacement, a frequency."""
         return self.by_gradient and not self.needs_stress
+
+    def compliance(self, value: float) -> float:
+        """What a value that follows stiffness says of it: as a displacement, it falls with it."""
+        return value
+
+    def utilisation(self, value: float) -> float:
+        """Value over limit, or limit over it where the low end is unfavourable.
+
+        Of a frequency not the square of that ratio, as its stiffness would suggest: sizing takes
+        logarithms, in which a power is a mere factor, and people read shares of the limit.
+        """
+        if self.unfavourable == "low":
+            return self.allowed / value if value > 0.0 else math.inf
+        return value / self.allowed
+
+    def utilisation_slope(self, value: float) -> float:
+        """Derivative of `utilisation` by the value."""
+        if self.unfavourable == "low":
+            return -self.allowed / value**2
+        return 1.0 / self.allowed
 
     @property
     @abstractmethod
@@ -120,6 +144,10 @@ class Limit(ABC):
         """
         return None
 
+    def mode(self) -> ModeGoal | None:
+        """The value as a natural frequency that analyses are to find; None: it is none."""
+        return None
+
     def submodel_factor(self, submodels: Sequence[SubmodelStress]) -> Banded | None:  # noqa: ARG002
         """Factor of submodels of the printed surface over their driving analysis, with its band.
 
@@ -156,6 +184,7 @@ class Limit(ABC):
             homogenised=homogenised,
             unfavourable=self.unfavourable,
             converges=self.converges,
+            solid_is_best=self.solid_is_best,
         )
 
 
@@ -223,7 +252,9 @@ class StatedLimit:
     region : str
         Region of the part that it applies to, or empty.
     by_gradient : bool
-        It costs sizing an adjoint solve.
+        It costs sizing an adjoint solve, or modes.
+    modes : int
+        Lowest modes that analyses find for it.
     """
 
     name: str
@@ -231,11 +262,22 @@ class StatedLimit:
     allowed: str
     region: str = ""
     by_gradient: bool = False
+    modes: int = 0
 
 
 def stated_goals(limits: Iterable[StatedLimit]) -> int:
     """Number of limits that have a `Limit.goal`, as far as the case tells."""
     return sum(limit.by_gradient and bool(limit.region) for limit in limits)
+
+
+def stated_modes(limits: Iterable[StatedLimit]) -> int:
+    """Most modes that limits ask of one analysis."""
+    return max((limit.modes for limit in limits), default=0)
+
+
+def mode_goals(limits: Iterable[Limit]) -> dict[Hashable, ModeGoal]:
+    """Natural frequencies that limits ask of an analysis, by their keys."""
+    return {limit.key: goal for limit in limits if (goal := limit.mode()) is not None}
 
 
 def _no_refusal(

@@ -141,6 +141,19 @@ class Allowed(Reader):
         }
 
 
+@dataclass(frozen=True, slots=True)
+class AtLeast(Allowed):
+    """A least value of one dimension, above 0: ``Annotated[float, AtLeast("frequency")]``."""
+
+    def read(self, value: object) -> float:
+        """A number in the internal unit."""
+        return Quantity(self.dimension, above=0.0).read(value)
+
+    def json_schema(self) -> JsonSchema:
+        """A string."""
+        return Quantity(self.dimension, above=0.0).json_schema()
+
+
 def in_number(allowed: float | SolidMultiple) -> float:
     """The allowed value as a number; NaN if it depends on the solid analysis."""
     return math.nan if isinstance(allowed, SolidMultiple) else allowed
@@ -201,6 +214,8 @@ class LimitsSpec(Table):
         for name in ("mass", "weight", "volume", "volume_fraction")
     }
     called: ClassVar[Mapping[str, str]] = {
+        "natural_frequency": "frequency",
+        "eigenfrequency": "frequency",
         "von_mises": "stress",
         "deflection": "displacement",
         "factor_of_safety": "safety_factor",

@@ -51,6 +51,8 @@ class LimitRow:
         The value lies outside the data of its law; `judged_by` says why.
     largest : float or None
         Largest value of that analysis where the value is its percentile.
+    solid_is_best : bool
+        No lattice has a better value than the fully solid part.
     remeshed : float
         Share of the submodels that were to correct the value, or of the whole surface, of which an
         independent mesh could be made and solved; 1 for a value that no such mesh judges.
@@ -74,6 +76,7 @@ class LimitRow:
     extrapolated: bool = False
     largest: float | None = None
     remeshed: float = 1.0
+    solid_is_best: bool = True
 
     @property
     def decisive(self) -> float:

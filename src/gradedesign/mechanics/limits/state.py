@@ -8,6 +8,7 @@ from typing import Protocol
 
 from gradedesign.arrays import FloatArray
 from gradedesign.mechanics.material.law_field import LawField
+from gradedesign.mechanics.solver.lowest_modes import Modes
 
 
 class HomogenisedState(Protocol):
@@ -46,6 +47,9 @@ class HomogenisedState(Protocol):
 
     def displacement(self, load_case: str) -> FloatArray:
         """Nodal displacements, ``(3, N)``, mm."""
+
+    def modes(self, load_case: str) -> Modes:
+        """Lowest modes about the supports of a load case; for limits that ask, `Limit.mode`."""
 
     def force(self, load_case: str) -> FloatArray:
         """Nodal forces of loads and inertia, without reactions and thermal forces, (3, N), N."""
@@ -101,8 +105,29 @@ class Predicted:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ModeShape:
+    """The mode that a value belongs to.
+
+    Attributes
+    ----------
+    shape : (3, N) array
+        Normalised so that the work of the stiffness on it is 1.
+    square : float, 1/s^2
+        Of the angular frequency.
+    by_square : float
+        Derivative of the value by it.
+    """
+
+    shape: FloatArray
+    square: float
+    by_square: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Response:
-    """A value with its derivative by the nodal displacements, from which its gradient follows.
+    """A value with its derivative by the nodal displacements, or its mode: its gradient follows.
+
+    That of a mode needs no adjoint problem: its shape makes the frequency stationary.
 
     Attributes
     ----------
@@ -110,14 +135,17 @@ class Response:
         For progress and messages.
     value : float
         In the unit of the limit, corrections included.
-    by_displacement : (3, N) array
+    by_displacement : (3, N) array or None
         Derivative of the value by every nodal displacement: the load of the adjoint problem.
     by_density : (M,) array or None
         Derivative by every density at fixed displacements; None: there is none.
+    mode : ModeShape or None
+        In place of the other derivatives.
     """
 
     name: str
     load_case: str
     value: float
-    by_displacement: FloatArray
+    by_displacement: FloatArray | None = None
     by_density: FloatArray | None = None
+    mode: ModeShape | None = None

@@ -94,7 +94,9 @@ def expected_factors(
     factors: dict[LimitKey, float] = {}
     for row in explicit:
         if row.converges and row.load_case in residuals:
-            factors[row.key] = 1.0 + share * residuals[row.load_case]
+            # A frequency, a root of stiffness, falls by half of what a displacement grows.
+            half = 1.0 if row.unfavourable == "high" else -0.5
+            factors[row.key] = 1.0 + half * share * residuals[row.load_case]
         elif not row.converges and not row.homogenised:
             end = LEAST_UNKNOWN if row.unfavourable == "high" else -LEAST_UNKNOWN
             factors[row.key] = 1.0 + end
@@ -119,9 +121,9 @@ def all_hold(rows: Sequence[LimitRow]) -> bool:
     return all(row.passed for row in rows)
 
 
-def any_broken(rows: Sequence[LimitRow]) -> bool:
-    """Some limit is broken even at the favourable end of its band."""
-    return any(row.broken for row in rows)
+def solid_breaks(rows: Sequence[LimitRow]) -> bool:
+    """The fully solid part breaks, for sure, a limit that no lattice holds better."""
+    return any(row.broken and row.solid_is_best for row in rows)
 
 
 def unsure_words(solid: Sequence[LimitRow]) -> tuple[str, ...]:
@@ -147,7 +149,7 @@ def is_tight(rows: Sequence[LimitRow], *, at_lower_bound: bool) -> bool:
 
 def why_infeasible(rows: Sequence[LimitRow]) -> str:
     """The limit that the fully solid part breaks most, and what would help."""
-    worst = max(rows, key=lambda row: row.least_utilisation)
+    worst = max((row for row in rows if row.solid_is_best), key=lambda row: row.least_utilisation)
     end = f" at the favourable end of its band ({worst.band_words})" if worst.band else ""
     return (
         f"the fully solid part already breaks a limit: {worst.name} ({worst.load_case}) is "

@@ -12,6 +12,6 @@ def analysed_step(
 ) -> SizingStep:
     """History entry of densities ``(M,)``: mass and utilisation of every limit."""
     state = solved_state(problem.model, rho, problem.limits)
-    values = ((float(limit.predict(state).value), limit.allowed) for limit in problem.limits)
-    utilisations = tuple(value / allowed for value, allowed in values)
+    limits = problem.limits
+    utilisations = tuple(limit.utilisation(float(limit.predict(state).value)) for limit in limits)
     return sizing_step(problem, rho, iteration, utilisations, change)

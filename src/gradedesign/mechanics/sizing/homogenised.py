@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from gradedesign.arrays import FloatArray
 from gradedesign.mechanics.fe.elastic_system import ElasticSystem, prepare_elastic
 from gradedesign.mechanics.fe.load_case import load_vector
+from gradedesign.mechanics.fe.natural_modes import natural_modes
 from gradedesign.mechanics.fe.solution import LoadVector, Solution
 from gradedesign.mechanics.fe.solve import solve_cases
 from gradedesign.mechanics.sizing.homogenised_model import (
@@ -15,8 +18,10 @@ from gradedesign.mechanics.sizing.homogenised_model import (
     effective_slope,
 )
 from gradedesign.mechanics.sizing.lattice_stiffness import as_stiffness, effective_stiffness
+from gradedesign.mechanics.solver.lowest_modes import Modes
 
-#: Residual of the homogenised solves: sizing needs no more, and balance is checked to it.
+#: Residual of the homogenised solves: sizing needs no more, and balance is checked to it. Of modes,
+#: whose error their gradients carry at first order.
 RTOL = 1e-6
 
 
@@ -39,6 +44,11 @@ def mass_density(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     """Mass per volume of every tetrahedron, ``(M,)``, t/mm^3."""
     share = model.solid_fraction
     return model.material.density * (share + (1 - share) * solid_held(model, rho))
+
+
+def mass_slope(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Derivative of `mass_density` by nominal density, ``(M,)``, t/mm^3."""
+    return np.asarray(model.material.density * (1 - model.solid_fraction) * solid_slope(model, rho))
 
 
 def lattice_mass(model: HomogenisedModel, rho: FloatArray) -> float:
@@ -83,3 +93,15 @@ def solve_homogenised(
 def solve_vectors(system: ElasticSystem, vectors: Sequence[LoadVector]) -> tuple[Solution, ...]:
     """Displacements of given load vectors, such as adjoint loads, on the same stiffness."""
     return solve_cases(system, vectors, rtol=RTOL)
+
+
+def homogenised_modes(
+    model: HomogenisedModel, rho: FloatArray, system: ElasticSystem, load_case: str, count: int
+) -> Modes:
+    """Lowest modes for lattice densities ``(M,)`` about the supports of a load case.
+
+    ``system`` is theirs by `homogenised_system`.
+    """
+    case = next(case for case in model.cases if case.name == load_case)
+    masses = model.volumes * mass_density(model, rho)
+    return natural_modes(system, case.supports.fixed, masses, count, rtol=RTOL, name=load_case)

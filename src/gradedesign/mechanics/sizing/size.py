@@ -33,7 +33,7 @@ from gradedesign.mechanics.sizing.problem import (
     sizing_step,
 )
 from gradedesign.mechanics.sizing.responses import response_gradients, solve_adjoints
-from gradedesign.mechanics.sizing.state import SolvedState, solved_state
+from gradedesign.mechanics.sizing.state import SolvedState, mode_shapes, solved_state
 
 log = logging.getLogger(__name__)
 
@@ -229,20 +229,23 @@ def _analyse(
     model, limits = problem.model, problem.limits
     system = homogenised_system(model, rho, [u for design in recent for u in design])
     state = solved_state(model, rho, limits, system)
-    utilisations = tuple(float(limit.predict(state).value) / limit.allowed for limit in limits)
+    utilisations = tuple(limit.utilisation(float(limit.predict(state).value)) for limit in limits)
     responses: list[Response] = []
-    allowed: list[float] = []
+    used: list[float] = []
+    slopes: list[float] = []
     for k, limit in enumerate(limits):
         if limit.by_gradient:
             predicted, memories[k] = limit.responses(state, memories[k])
             responses += predicted
-            allowed += [limit.allowed] * len(predicted)
-    ratios = np.array([response.value for response in responses]) / np.array(allowed)
+            used += [limit.utilisation(response.value) for response in predicted]
+            slopes += [limit.utilisation_slope(response.value) for response in predicted]
+    ratios = np.array(used)
     reach = _in_reach(ratios)
     near = [response for response, chosen in zip(responses, reach, strict=True) if chosen]
     adjoints = solve_adjoints(model, system, near)
-    gradients = response_gradients(state, near, adjoints) / np.array(allowed)[reach][:, None]
-    recent.append(tuple(s.displacement for s in (*state.solutions.values(), *adjoints)))
+    gradients = response_gradients(state, near, adjoints) * np.array(slopes)[reach][:, None]
+    solved = [s for s in (*state.solutions.values(), *adjoints) if s is not None]
+    recent.append((*(s.displacement for s in solved), *mode_shapes(state)))
     return _Analysed(
         state=state, utilisations=utilisations, governing=ratios[reach], gradients=gradients
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -15,7 +15,13 @@ from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.space import TetSpace
 from gradedesign.mechanics.limits.limit import Limit
 from gradedesign.mechanics.material.law_field import LawField
-from gradedesign.mechanics.sizing.homogenised import mass_density, solid_slope, solve_homogenised
+from gradedesign.mechanics.sizing.homogenised import (
+    homogenised_modes,
+    homogenised_system,
+    mass_density,
+    mass_slope,
+    solve_homogenised,
+)
 from gradedesign.mechanics.sizing.homogenised_model import (
     HomogenisedModel,
     effective_density,
@@ -28,6 +34,11 @@ from gradedesign.mechanics.sizing.lattice_stress import (
     local_stress_at,
 )
 from gradedesign.mechanics.sizing.stress_slopes import through_local_stress
+from gradedesign.mechanics.solver.lowest_modes import Modes
+
+#: Modes that are found beyond the one that a limit asks for: equal ones enter sizing together.
+#: Chosen, not measured.
+_BEYOND = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -40,12 +51,15 @@ class SolvedState:
     solutions : dict of load case to Solution
     stress : dict of load case to LatticeStress
         Empty unless a limit needs it.
+    natural_modes : dict of load case to Modes
+        Of those whose modes a limit asks for.
     """
 
     model: HomogenisedModel
     rho: FloatArray
     solutions: dict[str, Solution]
     stress: dict[str, LatticeStress]
+    natural_modes: dict[str, Modes] = field(default_factory=dict)
 
     @property
     def load_cases(self) -> Sequence[str]:
@@ -80,6 +94,10 @@ class SolvedState:
     def displacement(self, load_case: str) -> FloatArray:
         """Nodal displacements, ``(3, N)``, mm."""
         return self.solutions[load_case].displacement
+
+    def modes(self, load_case: str) -> Modes:
+        """Lowest modes about the supports of a load case."""
+        return self.natural_modes[load_case]
 
     def force(self, load_case: str) -> FloatArray:
         """Nodal forces of loads and inertia, ``(3, N)``, N."""
@@ -131,6 +149,7 @@ def solved_state(
 
     ``system`` is theirs by `homogenised_system`, where it is at hand.
     """
+    system = system or homogenised_system(model, rho)
     solutions = solve_homogenised(model, rho, system)
     stress: Mapping[str, LatticeStress] = {}
     if any(limit.needs_stress for limit in limits):
@@ -141,7 +160,25 @@ def solved_state(
         rho=rho,
         solutions={s.name: s for s in solutions},
         stress=dict(stress),
+        natural_modes={
+            name: homogenised_modes(model, rho, system, name, number + _BEYOND)
+            for name, number in _highest_modes(limits).items()
+        },
     )
+
+
+def _highest_modes(limits: Sequence[Limit]) -> dict[str, int]:
+    """Greatest number of a mode that limits ask for, by load case."""
+    highest: dict[str, int] = {}
+    for limit in limits:
+        if (goal := limit.mode()) is not None:
+            highest[goal.load_case] = max(goal.number, highest.get(goal.load_case, 0))
+    return highest
+
+
+def mode_shapes(state: SolvedState) -> list[FloatArray]:
+    """Shapes of all modes of a state, ``(3, N)`` each."""
+    return [x.reshape(-1, 3).T for modes in state.natural_modes.values() for x in modes.shapes]
 
 
 def case_named(model: HomogenisedModel, name: str) -> PartLoadCase:
@@ -156,7 +193,7 @@ def force_slope(
     if not np.any(case.acceleration):
         return np.zeros(len(rho))
     work = _body_force_work(model.space, case.acceleration, displacement)
-    return work * model.material.density * (1 - model.solid_fraction) * solid_slope(model, rho)
+    return work * mass_slope(model, rho)
 
 
 def _body_force_work(
