@@ -139,7 +139,7 @@ def density_gain(
     Parameters
     ----------
     slope : (M,) array
-        Derivative of the value by every density, over the value.
+        Derivative of the value, or of its utilisation, by every density, over itself.
     rho : (M,) array
     bounds : two (M,) arrays or floats
 
@@ -164,12 +164,15 @@ def sentence(model: DesignModel, row: LimitRow, gain: float) -> str:
     size = cells.layout.typical
     if row.key.region in open_regions(case.load_case, plan.part, plan.domain, size):
         helps.insert(0, plate_key(row.key.region, size))
-    why = (
-        f"every density that matters for it stands at the upper bound of {upper:.3g}"
-        if gain < _NO_GAIN
-        else f"raising every density to the upper bound of {upper:.3g} would take about {gain:.0%} "
-        f"of it away"
-    )
+    if row.unfavourable == "low":
+        why = f"densities at the better of their bounds would raise it by about {gain:.0%}"
+    elif gain < _NO_GAIN:
+        why = f"every density that matters for it stands at the upper bound of {upper:.3g}"
+    else:
+        why = (
+            f"raising every density to the upper bound of {upper:.3g} would take about {gain:.0%} "
+            f"of it away"
+        )
     return (
         f"this lattice cannot reach the limit on {row.name} ({row.load_case}): {why}; "
         f"{', '.join(helps[:-1])} or {helps[-1]} would help"

@@ -21,8 +21,8 @@ def why_met(rows: Sequence[LimitRow], ended: Ended, *, tight: bool) -> tuple[str
     return f"{text}; not the lightest: {ended.words}, and a lighter design may exist", False, ended
 
 
-def why_not(rows: Sequence[LimitRow], ended: Ended) -> str:
-    """The limit that fails, what ended the loop, and advice."""
+def why_not(rows: Sequence[LimitRow], ended: Ended, solid: Sequence[LimitRow] = ()) -> str:
+    """The limit that fails, what ended the loop, and advice; ``solid`` are of the solid part."""
     if not rows or all_hold(rows):
         return f"no design was accepted; {ended.words}"
     unjudged = [row for row in rows if not row.judges_enough]
@@ -42,6 +42,13 @@ def why_not(rows: Sequence[LimitRow], ended: Ended) -> str:
         )
     worst = max(rows, key=lambda row: row.utilisation)
     end = "" if worst.band is None else f" at the {worst.unfavourable} end of its band"
+    if worst.unfavourable == "low":
+        beside = [f", the fully solid part has {r.value:.4g}" for r in solid if r.key == worst.key]
+        return (
+            f"{worst.name} ({worst.load_case}) is {worst.decisive:.4g} {worst.unit}{end}, less "
+            f"than the {worst.limit:.4g} {worst.unit} that it must be at least"
+            f"{''.join(beside)}; {ended.words}"
+        )
     return (
         f"{worst.name} ({worst.load_case}) is {worst.decisive:.4g} {worst.unit}{end}, "
         f"{worst.utilisation:.1%} of the allowed {worst.limit:.4g} {worst.unit}; {ended.words}"

@@ -123,7 +123,7 @@ def verdict_result(
     if accepted is None:
         rows, design, tight = shown.rows, best_iteration(iterations), False
         status = "not_met"
-        reason = f"{why_not(rows, ended)}; {judged_on(printed.comparison)}"
+        reason = f"{why_not(rows, ended, model.solid)}; {judged_on(printed.comparison)}"
         if without_band(rows):
             warnings.append(unjudged_words(rows, ["coarser elements do not hold the solid"], []))
     else:
@@ -133,7 +133,7 @@ def verdict_result(
             status = "met"
             reason, tight, ended = why_met(rows, ended, tight=tight)
         else:
-            status, reason = "not_met", why_not(rows, ended)
+            status, reason = "not_met", why_not(rows, ended, model.solid)
         result = accepted.acceptance.whole or accepted.whole.result
         warnings += _acceptance_warnings(accepted)
         # A grid that was coarsened to fit the memory, or refined, is part of the verdict.
