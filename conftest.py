@@ -83,7 +83,9 @@ def leave_out_pictures(patch):
     """Do so for a fixture that lives longer than a test."""
     patch.setattr("gradedesign.program.commands.check.picture_loads", lambda *_, **__: ())
     for name in ("loads", "density", "lattice", "stress", "deformed"):
-        patch.setattr(f"gradedesign.program.outputs.files.picture_{name}", lambda *_, **__: ())
+        patch.setattr(
+            f"gradedesign.program.outputs.drawn_files.picture_{name}", lambda *_, **__: ()
+        )
 
 
 @pytest.fixture(scope="module")

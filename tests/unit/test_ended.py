@@ -66,6 +66,7 @@ def verdict(monkeypatch):
         cells=SimpleNamespace(zoning=None),
         homogenised=SimpleNamespace(lattice_volumes=None),
         limits=(),
+        solid=(),
     )
 
     def call(use, ended):

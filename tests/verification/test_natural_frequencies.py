@@ -13,6 +13,7 @@ from finite_cell_solids import (
     analyse,
     box_field,
     box_regions,
+    gyroid_sheet,
     load_case,
     newtons,
     problem,
@@ -27,6 +28,7 @@ from gradedesign.mechanics.fe.elastic_system import prepare_elastic
 from gradedesign.mechanics.fe.natural_modes import ModeGoal, natural_modes
 from gradedesign.mechanics.fe.space import tet_space
 from gradedesign.mechanics.fe.supports import supports_on
+from gradedesign.mechanics.limits.banded import Residual, banded
 
 #: Beams are of this: without lateral contraction a clamped end is what the theory takes it for.
 PLAIN = replace(STEEL, poissons_ratio=0.0)
@@ -191,3 +193,21 @@ def test_clamped_plate_on_finite_cells():
     fix = [(name, "xyz") for name in ("x0", "x1", "y0", "y1")]
     found, _ = cell_frequencies(box_problem((side, side, thick), fix, 1, STEEL), 3.0)
     assert found[1] == pytest.approx(expected, rel=4e-3)
+
+
+@pytest.mark.slow
+def test_the_band_of_a_frequency_holds_that_of_finer_elements():
+    """A bar of three gyroid sheet cells between plates: coarse elements are too stiff by 1 %."""
+    upper = (3, 1, 1)
+    field, regions = gyroid_sheet(0.4639, upper), box_regions((0, 0, 0), upper)
+    held = load_case("held", [("x0", "xyz")], [("x1", {"force": newtons(0.0, 0.0, 1.0)})])
+    solid = problem(field, (0, 0, 0), upper, [held], regions, modes=goals(3))
+    spacings = (1 / 8, 1 / 12, 1 / 20)
+    found = [cell_frequencies(solid, spacing) for spacing in spacings]
+    for mode in goals(3):
+        values = [(h, f[mode]) for h, (f, _) in zip(spacings, found, strict=True)]
+        lost = [Residual(rise=0.0, fall=r[mode]) for _, r in found]
+        band = banded(values[:2], (0.75, 1.5, 3.0), lost[:2])
+        assert band.order == "residual"
+        assert band.low < values[2][1] < band.value * 1.005 < values[1][1] * 1.005
+        assert band.half_width < 0.02

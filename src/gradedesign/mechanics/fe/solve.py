@@ -103,7 +103,7 @@ def solve_cases(
 
 def prepared_solve(system: ElasticSystem, fixed: BoolArray) -> Solve:
     """The solver of a system for held components ``(3, N)``; its answers are not checked."""
-    solver = _for_size(system.solver, np.count_nonzero(~fixed))
+    solver = _for_size(system.solver, int(np.count_nonzero(~fixed)))
     return _prepared(system, solver, _support_key(fixed), fixed)
 
 
@@ -159,7 +159,7 @@ def _for_size(solver: LinearSolver, free: int) -> LinearSolver:
 
 
 def _prepared(system: ElasticSystem, solver: LinearSolver, key: bytes, fixed: BoolArray) -> Solve:
-    """What a solver prepares for held components ``(3, N)``, once a system."""
+    """The solver prepared for held components ``(3, N)``, once a system."""
     if (solver.name, key) not in system.prepared:
         system.prepared[solver.name, key] = solver.prepare(
             LinearSystem(
@@ -194,7 +194,7 @@ def _solve_group(
     """Solve load cases that share their fixed components."""
     free = ~cases[0].supports.fixed.T.ravel()
     right = np.stack([free * right_hand_side(system.matrix, case) for case in cases])
-    solver = _for_size(system.solver, np.count_nonzero(free))
+    solver = _for_size(system.solver, int(np.count_nonzero(free)))
     solutions = _iterated(system, solver, key, cases, right, rtol)
     if solver.other is None:
         _require_sound(solutions)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import stepping
@@ -20,11 +19,12 @@ from gradedesign.mechanics.finite_cell.elements import Elements
 from gradedesign.mechanics.finite_cell.first_guess import first_guess, nearest_combination
 from gradedesign.mechanics.finite_cell.goals import Dual, goal_force, with_residuals
 from gradedesign.mechanics.finite_cell.hanging import gather_hanging
+from gradedesign.mechanics.finite_cell.held_system import HeldSystem
 from gradedesign.mechanics.finite_cell.iterate import Iterate, conjugate_gradients
 from gradedesign.mechanics.finite_cell.loads import case_force, thermal_force
 from gradedesign.mechanics.finite_cell.multigrid import build_preconditioner, cycle
 from gradedesign.mechanics.finite_cell.natural_modes import natural_modes
-from gradedesign.mechanics.finite_cell.operator import Operator, lame_constants, operator, product
+from gradedesign.mechanics.finite_cell.operator import lame_constants, operator, product
 from gradedesign.mechanics.finite_cell.result import CaseSolution, FiniteCellResult, Frequency
 from gradedesign.mechanics.finite_cell.space import BrickSpace, unknown_count
 from gradedesign.mechanics.finite_cell.supports import Held, held_by, support_key
@@ -108,7 +108,7 @@ def solved_cases(
         fixed = held[0].fixed.copy()
         fixed[unknown_count(space) // 3 :] = True
         levels = build_preconditioner(elements, space, stiffness, accuracy.softness, fixed)
-        system = _System(
+        system = HeldSystem(
             elements=elements, space=space, places=places, stiffness=stiffness, keep=levels.keep,
             precondition=cycle(levels),
         )  # fmt: skip
@@ -132,7 +132,7 @@ def solved_cases(
 
 
 def _frequencies(
-    problem: CutProblem, members: Sequence[int], system: _System, free: Sequence[FloatArray]
+    problem: CutProblem, members: Sequence[int], system: HeldSystem, free: Sequence[FloatArray]
 ) -> dict[int, dict[Hashable, Frequency]]:
     """Natural frequencies of load cases that share their supports, by number of the case."""
     names = {problem.cases[k].name: k for k in members}
@@ -140,9 +140,8 @@ def _frequencies(
     if not wanted:
         return {}
     modes = natural_modes(
-        system.elements, system.space, system.stiffness, system.keep, system.precondition,
-        problem.material.density, highest_mode(wanted.values()),
-        similar=free[:_SIMILAR], name=next(iter(wanted.values())).load_case,
+        system, problem.material.density, highest_mode(wanted.values()), free[:_SIMILAR],
+        next(iter(wanted.values())).load_case,
     )  # fmt: skip
     found: dict[int, dict[Hashable, Frequency]] = {}
     for key, goal in wanted.items():
@@ -154,7 +153,7 @@ def _frequencies(
 
 
 def _dual(
-    goal: DisplacementGoal, solution: CaseSolution, system: _System, free: list[FloatArray]
+    goal: DisplacementGoal, solution: CaseSolution, system: HeldSystem, free: list[FloatArray]
 ) -> Dual:
     """Solve the dual problem of a goal; later solves use its solution as first guess."""
     elements, space = system.elements, system.space
@@ -176,32 +175,11 @@ def _dual(
     return Dual(u=solved.u, drawn=drawn, traction=traction)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _System:
-    """Set-up that load cases with equal supports share.
-
-    Attributes
-    ----------
-    places : mapping of name to SurfacePoints
-    keep : (N, 3) float32 array
-        1 for unknowns, 0 for what is held or hangs.
-    precondition : callable
-        Sets its second argument to the correction for a residual.
-    """
-
-    elements: Elements
-    space: BrickSpace
-    places: Mapping[str, SurfacePoints]
-    stiffness: Operator
-    keep: NDArray[np.float32]
-    precondition: Callable[[FloatArray, FloatArray], None]
-
-
 def _solved_case(
     problem: CutProblem,
     case: LoadCaseSpecification,
     own: Held,
-    system: _System,
+    system: HeldSystem,
     accuracy: Accuracy,
     start: FiniteCellResult | None,
     free: list[FloatArray],

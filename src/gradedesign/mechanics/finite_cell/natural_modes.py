@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import stepping
-from gradedesign.mechanics.finite_cell.elements import Elements
+from gradedesign.mechanics.finite_cell.held_system import HeldSystem
 from gradedesign.mechanics.finite_cell.mass import mass_product
-from gradedesign.mechanics.finite_cell.operator import Operator, product
-from gradedesign.mechanics.finite_cell.space import BrickSpace
+from gradedesign.mechanics.finite_cell.operator import product
 from gradedesign.mechanics.solver.lowest_modes import ModeProblem, Modes, lowest_modes
 
 log = logging.getLogger(__name__)
@@ -25,25 +23,12 @@ _RTOL = 1e-3
 
 
 def natural_modes(
-    elements: Elements,
-    space: BrickSpace,
-    stiffness: Operator,
-    keep: NDArray[np.float32],
-    precondition: Callable[[FloatArray, FloatArray], None],
-    density: float,
-    count: int,
-    *,
-    similar: Sequence[FloatArray],
-    name: str,
+    system: HeldSystem, density: float, count: int, similar: Sequence[FloatArray], name: str
 ) -> Modes:
     """Lowest modes of a solid that is held; shapes are ``(N, 3)`` arrays, flat.
 
     Parameters
     ----------
-    keep : (N, 3) float32 array
-        1 for unknowns, 0 for the others.
-    precondition : callable
-        Sets its second argument to the correction for a residual.
     density : float, t/mm^3
     count : int
     similar : sequence of (N, 3) arrays
@@ -57,18 +42,20 @@ def natural_modes(
         If the iteration does not converge.
     """
     began = time.perf_counter()
-    shape = keep.shape
+    keep, shape = system.keep, system.keep.shape
 
     def stiff(x: FloatArray) -> FloatArray:
-        return (product(stiffness, _copied(x, shape)) * keep).ravel()
+        return (product(system.stiffness, _copied(x, shape)) * keep).ravel()
 
     def mass(x: FloatArray) -> FloatArray:
-        return (mass_product(elements, space, density, _copied(x, shape)) * keep).ravel()
+        return (
+            mass_product(system.elements, system.space, density, _copied(x, shape)) * keep
+        ).ravel()
 
     def inverse(forces: FloatArray) -> FloatArray:
         out = np.zeros_like(forces)
         for force, found in zip(forces, out, strict=True):
-            precondition(force.reshape(shape), found.reshape(shape))
+            system.precondition(force.reshape(shape), found.reshape(shape))
         return out
 
     moved = [np.broadcast_to(axis, shape) for axis in np.eye(3)]

@@ -78,7 +78,7 @@ class Limit(ABC):
         return self.by_gradient and not self.needs_stress
 
     def compliance(self, value: float) -> float:
-        """What a value that follows stiffness says of it: as a displacement, it falls with it."""
+        """The value in the manner of a displacement, one over the stiffness that it follows."""
         return value
 
     def utilisation(self, value: float) -> float:
