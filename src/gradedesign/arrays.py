@@ -69,6 +69,15 @@ def locked(
     return array
 
 
+def lock(
+    record: object, *, dtype: type | np.dtype[Any] = np.float64, **shapes: tuple[int | None, ...]
+) -> None:
+    """Lock arrays of a frozen record as it is made, each of its shape, see `locked`."""
+    for name, shape in shapes.items():
+        array = locked(getattr(record, name), shape, dtype=dtype, name=name)
+        object.__setattr__(record, name, array)
+
+
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
     """A contiguous read-only view, or copy where it is not contiguous.
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import FloatArray, lock
 from gradedesign.design.printing.wall_thickness import surface_rays
 from gradedesign.geometry.part.signed_distance import surface_distance
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
@@ -51,8 +51,7 @@ class FacingPlaces:
     rays: int
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "width", locked(self.width, (None,), name="width"))
-        object.__setattr__(self, "middle", locked(self.middle, (3, None), name="middle"))
+        lock(self, width=(None,), middle=(3, None))
 
 
 def narrowest_gap(surface: SurfaceMesh, below: float, rays: int = RAYS) -> Gap | None:

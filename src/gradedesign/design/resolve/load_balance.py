@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, locked, plain_vector
+from gradedesign.arrays import FloatArray, lock, locked, plain_vector
 from gradedesign.common.values.locate import Where, locating
 from gradedesign.common.values.suggest import shown
 from gradedesign.geometry.part.part import Part
@@ -43,8 +43,7 @@ class LoadRow:
     gross: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "force", locked(self.force, (3,), name="force"))
-        object.__setattr__(self, "moment", locked(self.moment, (3,), name="moment"))
+        lock(self, force=(3,), moment=(3,))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

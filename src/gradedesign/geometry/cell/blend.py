@@ -30,7 +30,7 @@ from typing import Literal
 
 import numpy as np
 
-from gradedesign.arrays import Field, FloatArray, locked
+from gradedesign.arrays import Field, FloatArray, lock
 from gradedesign.errors import blaming
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.shape import evaluate_shape, spread_points
@@ -67,7 +67,7 @@ class Blend:
     values: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "values", locked(self.values, (None, None), name="values"))
+        lock(self, values=(None, None))
 
     def rank(self, u: FloatArray, weight: FloatArray) -> FloatArray:
         """Density at which points ``(3, n)`` become solid; weights ``(n,)`` of the second cell."""

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import FloatArray, lock
 from gradedesign.errors import DensityError, blaming
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.strut_axes import StrutAxes
@@ -41,8 +41,7 @@ class Cell:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
-        object.__setattr__(self, "density", locked(self.density, (None,), name="density"))
-        object.__setattr__(self, "level", locked(self.level, (None,), name="level"))
+        lock(self, density=(None,), level=(None,))
 
     @property
     def name(self) -> str:

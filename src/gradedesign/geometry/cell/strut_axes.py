@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import FloatArray, lock
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -28,5 +28,4 @@ class StrutAxes:
     ball_ratio: float = 1.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "segments", locked(self.segments, (None, 2, 3), name="segments"))
-        object.__setattr__(self, "balls", locked(self.balls, (None, 3), name="balls"))
+        lock(self, segments=(None, 2, 3), balls=(None, 3))

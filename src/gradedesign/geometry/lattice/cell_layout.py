@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gradedesign.arrays import Field, FloatArray, locked
+from gradedesign.arrays import Field, FloatArray, lock
 from gradedesign.geometry.maps.cell_map import CellMap
 from gradedesign.geometry.maps.local_cells import local_cells
 from gradedesign.geometry.maps.map_report import map_report, require_unfolded, spread
@@ -41,7 +41,7 @@ class CellLayout:
     report: Mapping[str, Any]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", locked(self.points, (3, None), name="points"))
+        lock(self, points=(3, None))
 
 
 def cell_layout(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.arrays import FloatArray, IntArray, lock
 from gradedesign.errors import ResourceError
 from gradedesign.geometry.contour.sample import grid_points
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
@@ -41,8 +41,7 @@ class ClosedVoids:
     spacing: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "volumes", locked(self.volumes, (None,), name="volumes"))
-        object.__setattr__(self, "lower", locked(self.lower, (3,), name="lower"))
+        lock(self, volumes=(None,), lower=(3,))
 
 
 def closed_voids(design: LatticeDesign, cell: float, least: float) -> ClosedVoids:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import FloatArray, lock
 from gradedesign.errors import DensityError, ResourceError
 from gradedesign.geometry.contour.sample import grid_points
 from gradedesign.geometry.lattice._density_kernels import trilinear
@@ -38,8 +38,7 @@ class DensityGrid:
     values: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "origin", locked(self.origin, (3,), name="origin"))
-        object.__setattr__(self, "values", locked(self.values, (None, None, None), name="values"))
+        lock(self, origin=(3,), values=(None, None, None))
         if not self.spacing > 0 or self.values.size == 0:
             raise ValueError(
                 f"a density grid needs a positive spacing and nodes, got {self.spacing:g} mm "

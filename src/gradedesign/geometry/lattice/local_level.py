@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from gradedesign.arrays import BoolArray, FloatArray, IntArray, locked
+from gradedesign.arrays import BoolArray, FloatArray, IntArray, lock
 from gradedesign.errors import ResourceError
 from gradedesign.geometry.cell.shape import spread_points
 from gradedesign.geometry.lattice._density_kernels import trilinear
@@ -68,8 +68,7 @@ class LocalLevel:
     error: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "origin", locked(self.origin, (3,), name="origin"))
-        object.__setattr__(self, "excess", locked(self.excess, (None, None, None), name="excess"))
+        lock(self, origin=(3,), excess=(None, None, None))
 
     def at(self, u: FloatArray) -> FloatArray:
         """Excess at cell coordinates ``(3, ...)``, trilinear, ``(...)``."""

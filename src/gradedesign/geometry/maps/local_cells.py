@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import FloatArray, lock, locked
 from gradedesign.geometry.maps.cell_map import CellMap
 
 
@@ -39,7 +39,7 @@ class LocalCells:
 
     def __post_init__(self) -> None:
         n = np.asarray(self.size).size
-        object.__setattr__(self, "axes", locked(self.axes, (3, 3, n), name="axes"))
+        lock(self, axes=(3, 3, n))
         for key in ("least", "most", "size", "stretch"):
             object.__setattr__(self, key, locked(getattr(self, key), (n,), name=key))
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import FloatArray, lock
 from gradedesign.errors import CaseError
 from gradedesign.geometry.maps.cell_map import CellMap, along, constant_jacobian
 
@@ -32,7 +32,7 @@ class MorphingSphere:
     magnification: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "centre", locked(self.centre, (3,), name="centre"))
+        lock(self, centre=(3,))
         a, b, m = self.stable_radius, self.outer_radius, self.magnification
         if not (0 < a < b < np.inf and 0 < m < np.inf):
             raise CaseError(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import FloatArray, lock
 from gradedesign.geometry.part._face_filters import AXIS_ANGLE, DIAMETER_SHARE
 from gradedesign.geometry.part.smooth_faces import SmoothFace
 
@@ -28,8 +28,7 @@ class Bore:
     point: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "axis", locked(self.axis, (3,), name="axis"))
-        object.__setattr__(self, "point", locked(self.point, (3,), name="point"))
+        lock(self, axis=(3,), point=(3,))
 
     def radial(self, points: FloatArray) -> FloatArray:
         """Unit vectors away from the axis at points ``(3, ...)``, which lie off it."""

@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.arrays import FloatArray, IntArray, lock
 from gradedesign.errors import PartError
 from gradedesign.geometry.part.exact_surface import ExactSurface
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, area_vectors, corner_points
@@ -42,7 +42,7 @@ class FileFaces:
     surfaces: Mapping[int, ExactSurface] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "label", locked(self.label, (None,), dtype=np.int64, name="label"))
+        lock(self, dtype=np.int64, label=(None,))
         if self.label.size and self.label.min() < NO_FACE:
             raise ValueError(f"a face has the number {self.label.min()}; expected 0 or more")
         for number, name in self.names.items():

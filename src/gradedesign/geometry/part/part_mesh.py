@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gradedesign.arrays import BoolArray, FloatArray, IntArray, locked
+from gradedesign.arrays import BoolArray, FloatArray, IntArray, lock, locked
 from gradedesign.errors import CaseError, MeshError
 from gradedesign.geometry.tets.meshed_surface import MeshedSurface, tetrahedralize
 from gradedesign.geometry.tets.mesher import PYTETWILD, Mesher
@@ -66,7 +66,7 @@ class RegionFacets:
         for name, shape in (("facets", (None, 3)), ("owners", (None,))):
             array = locked(getattr(self, name), shape, dtype=np.int64, name=name)
             object.__setattr__(self, name, array)
-        object.__setattr__(self, "centroid", locked(self.centroid, (3,), name="centroid"))
+        lock(self, centroid=(3,))
 
 
 def mesh_part(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gradedesign.arrays import BoolArray, FloatArray, locked
+from gradedesign.arrays import BoolArray, FloatArray, lock
 from gradedesign.errors import CaseError, PartError
 from gradedesign.geometry.part.file_body import FileBody, file_body_words
 from gradedesign.geometry.part.file_faces import FileFaces, require_labels
@@ -47,7 +47,7 @@ class RawTriangles:
     file_bodies: tuple[FileBody, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "corners", locked(self.corners, (None, 3, 3), name="corners"))
+        lock(self, corners=(None, 3, 3))
 
 
 def raw_triangles(

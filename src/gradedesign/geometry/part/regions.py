@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.arrays import BoolArray, FloatArray, IntArray, locked
+from gradedesign.arrays import BoolArray, FloatArray, IntArray, lock
 from gradedesign.errors import CaseError
 from gradedesign.geometry.part._clip import clip_to_box
 from gradedesign.geometry.part._face_filters import (
@@ -62,13 +62,8 @@ class Region:
     bore: Bore | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(
-            self,
-            "triangles",
-            locked(self.triangles, (None,), dtype=np.int64, name="triangles"),
-        )
-        object.__setattr__(self, "corners", locked(self.corners, (None, 3, 3), name="corners"))
-        object.__setattr__(self, "centroid", locked(self.centroid, (3,), name="centroid"))
+        lock(self, dtype=np.int64, triangles=(None,))
+        lock(self, corners=(None, 3, 3), centroid=(3,))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import FloatArray, lock
 from gradedesign.common.values.toml_text import toml_value
 from gradedesign.geometry.part._face_filters import AXIS_ANGLE, HALF_ANGLE
 from gradedesign.geometry.part.regions_schema import AXES
@@ -58,8 +58,7 @@ class RoundShapes:
     length: float | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "axis", locked(self.axis, (3,), name="axis"))
-        object.__setattr__(self, "points", locked(self.points, (None, 3), name="points"))
+        lock(self, axis=(3,), points=(None, 3))
 
     @property
     def axis_name(self) -> str | None:

@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import FloatArray, lock
 from gradedesign.geometry.part.smooth_faces import SmoothFace, SmoothFaces
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
 
@@ -48,8 +48,7 @@ class Slot:
     area: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "axis", locked(self.axis, (3,), name="axis"))
-        object.__setattr__(self, "point", locked(self.point, (3,), name="point"))
+        lock(self, axis=(3,), point=(3,))
 
 
 def is_half(face: SmoothFace) -> bool:

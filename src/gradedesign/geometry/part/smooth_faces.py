@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.arrays import FloatArray, IntArray, lock, locked
 from gradedesign.geometry.part._clusters import Clusters, facet_patch, find_clusters
 from gradedesign.geometry.part._curved_faces import Piece, split_region
 from gradedesign.geometry.part._edges import split_by
@@ -92,7 +92,7 @@ class SmoothFaces:
     faces: tuple[SmoothFace, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "label", locked(self.label, (None,), dtype=np.int64, name="label"))
+        lock(self, dtype=np.int64, label=(None,))
 
 
 def segment_faces(surface: SurfaceMesh) -> SmoothFaces:

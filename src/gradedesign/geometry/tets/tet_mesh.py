@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.arrays import FloatArray, IntArray, lock
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 
@@ -25,8 +25,8 @@ class TetMesh:
     tets: IntArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", locked(self.points, (3, None), name="points"))
-        object.__setattr__(self, "tets", locked(self.tets, (4, None), dtype=np.int64, name="tets"))
+        lock(self, points=(3, None))
+        lock(self, dtype=np.int64, tets=(4, None))
         if self.tets.size and (self.tets.min() < 0 or self.tets.max() >= self.points.shape[1]):
             raise ValueError(
                 f"tets refer to points {self.tets.min()} to {self.tets.max()}, "

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.arrays import BoolArray, FloatArray, IntArray, locked
+from gradedesign.arrays import BoolArray, FloatArray, IntArray, lock
 from gradedesign.common.system.threads import in_ranges
 from gradedesign.errors import MeshError
 from gradedesign.geometry.triangles import _grid_kernels as kernels
@@ -219,8 +219,7 @@ class VoxelGrid:
     shape: tuple[int, int, int]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "frame", locked(self.frame, (3, 3), name="frame"))
-        object.__setattr__(self, "first", locked(self.first, (3,), name="first"))
+        lock(self, frame=(3, 3), first=(3,))
 
     def place(self, index: FloatArray) -> tuple[float, float, float]:
         """Place of an index ``(3,)``, which need not be whole, in the axes of the part, mm."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.arrays import FloatArray, IntArray, lock
 from gradedesign.geometry.triangles._surface_mesh_kernels import signed_volume
 
 
@@ -25,10 +25,8 @@ class SurfaceMesh:
     faces: IntArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", locked(self.vertices, (None, 3), name="vertices"))
-        object.__setattr__(
-            self, "faces", locked(self.faces, (None, 3), dtype=np.int64, name="faces")
-        )
+        lock(self, vertices=(None, 3))
+        lock(self, dtype=np.int64, faces=(None, 3))
         if self.faces.size and (self.faces.min() < 0 or self.faces.max() >= len(self.vertices)):
             raise ValueError(
                 f"faces refer to vertices {self.faces.min()} to {self.faces.max()}, "

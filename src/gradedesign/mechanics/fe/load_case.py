@@ -12,7 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.arrays import FloatArray, IntArray, lock, locked
 from gradedesign.errors import SolverError
 from gradedesign.geometry.part.regions import Region
 from gradedesign.mechanics.fe.facet_quadrature import facet_points, facet_weights
@@ -92,7 +92,7 @@ class PartLoadCase:
     temperature_change: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "force", locked(self.force, (3, None), name="force"))
+        lock(self, force=(3, None))
         object.__setattr__(self, "acceleration", locked(self.acceleration, (3,)))
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.arrays import BoolArray, FloatArray, IntArray, locked
+from gradedesign.arrays import BoolArray, FloatArray, IntArray, lock
 from gradedesign.geometry.part.regions import Region
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, area_vectors, corner_points
 from gradedesign.mechanics.fe.load_schema import FixSpec, LoadCaseSpec
@@ -49,7 +49,7 @@ class SingularSupport:
     area: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "corners", locked(self.corners, (None, 3, 3), name="corners"))
+        lock(self, corners=(None, 3, 3))
 
 
 def singular_supports(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import FloatArray, lock
 from gradedesign.mechanics.fe.supports import Supports
 
 
@@ -24,7 +24,7 @@ class LoadVector:
 
     def __post_init__(self) -> None:
         shape = self.supports.fixed.shape
-        object.__setattr__(self, "force", locked(self.force, shape, name="force"))
+        lock(self, force=shape)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,7 +76,4 @@ class Solution:
 
     def __post_init__(self) -> None:
         shape = self.displacement.shape
-        object.__setattr__(
-            self, "displacement", locked(self.displacement, (3, None), name="displacement")
-        )
-        object.__setattr__(self, "reaction", locked(self.reaction, shape, name="reaction"))
+        lock(self, displacement=(3, None), reaction=shape)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import FloatArray, lock
 from gradedesign.errors import MeshError
 from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
 from gradedesign.mechanics.fe._space_kernels import LOCAL_EDGES, number_edges
@@ -48,17 +48,8 @@ class TetSpace:
         if self.order not in (1, 2):
             raise ValueError(f"order is {self.order}, expected 1 (linear) or 2 (quadratic)")
         rows = 4 if self.order == 1 else 10
-        object.__setattr__(self, "nodes", locked(self.nodes, (3, None), name="nodes"))
-        object.__setattr__(
-            self,
-            "elements",
-            locked(
-                self.elements,
-                (rows, self.mesh.tets.shape[1]),
-                dtype=np.int32,
-                name="elements",
-            ),
-        )
+        lock(self, nodes=(3, None))
+        lock(self, dtype=np.int32, elements=(rows, self.mesh.tets.shape[1]))
 
     @property
     def node_count(self) -> int:

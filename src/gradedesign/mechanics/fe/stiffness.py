@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import FloatArray, lock
 from gradedesign.errors import SolverError
 from gradedesign.mechanics.fe.element_points import Where, barycentric
 
@@ -42,7 +42,7 @@ class IsotropicStiffness:
     nu: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "E", locked(self.E, (None,), name="E"))
+        lock(self, E=(None,))
         if not -1.0 < self.nu < 0.5:
             raise ValueError(f"Poisson's ratio is {self.nu:g}, expected more than -1, below 0.5")
 
@@ -60,7 +60,7 @@ class AnisotropicStiffness:
     C: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "C", locked(self.C, (6, 6, None), name="C"))
+        lock(self, C=(6, 6, None))
         _require_symmetric(self.C)
 
 
@@ -77,7 +77,7 @@ class GaussStiffness:
     C: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "C", locked(self.C, (6, 6, 4, None), name="C"))
+        lock(self, C=(6, 6, 4, None))
         _require_symmetric(self.C)
 
 
@@ -98,7 +98,7 @@ class MomentStiffness:
     C: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "C", locked(self.C, (6, 6, len(PAIRS), None), name="C"))
+        lock(self, C=(6, 6, len(PAIRS), None))
         _require_symmetric(self.C)
 
 

@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gradedesign.arrays import BoolArray, FloatArray, locked
+from gradedesign.arrays import BoolArray, FloatArray, lock
 from gradedesign.errors import CaseError
 from gradedesign.mechanics.fe.facets import facet_nodes
 from gradedesign.mechanics.fe.space import TetSpace
@@ -37,8 +37,8 @@ class Supports:
     value: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "fixed", locked(self.fixed, (3, None), dtype=bool, name="fixed"))
-        object.__setattr__(self, "value", locked(self.value, self.fixed.shape, name="value"))
+        lock(self, dtype=bool, fixed=(3, None))
+        lock(self, value=self.fixed.shape)
         if self.value[~self.fixed].any():
             raise ValueError(
                 "a displacement other than 0 is given for a component that is not fixed"

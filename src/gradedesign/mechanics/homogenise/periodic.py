@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.arrays import FloatArray, IntArray, lock
 from gradedesign.common.system.progress import report_step
 from gradedesign.common.system.threads import in_ranges
 from gradedesign.errors import SolverError
@@ -70,7 +70,7 @@ class PeriodicSolution:
     residual: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "stiffness", locked(self.stiffness, (6, 6), name="stiffness"))
+        lock(self, stiffness=(6, 6))
 
 
 def solve_periodic(

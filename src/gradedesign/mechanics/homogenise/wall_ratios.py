@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import FloatArray, lock
 from gradedesign.errors import SolverError
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.shape import evaluate_shape
@@ -45,9 +45,7 @@ class WallRatios:
     shear: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "membrane", locked(self.membrane, (3,), name="membrane"))
-        object.__setattr__(self, "bending", locked(self.bending, (3,), name="bending"))
-        object.__setattr__(self, "shear", locked(self.shear, (2,), name="shear"))
+        lock(self, membrane=(3,), bending=(3,), shear=(2,))
 
 
 def wall_ratios(

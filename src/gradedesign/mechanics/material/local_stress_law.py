@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.arrays import FloatArray, IntArray, lock
 from gradedesign.errors import DensityError
 from gradedesign.mechanics.material.monotone_cubic import cubic_derivatives
 from gradedesign.mechanics.material.strength_surface import StrengthSurface
@@ -49,7 +49,7 @@ class LocalStressLaw:
 
     def __post_init__(self) -> None:
         count = len(self.surfaces)
-        object.__setattr__(self, "density", locked(self.density, (count,), name="density"))
+        lock(self, density=(count,))
         if count < 2 or (np.diff(self.density) <= 0).any() or not self.density[0] > 0:
             raise ValueError(
                 f"a law of local stress needs surfaces at two or more increasing positive "

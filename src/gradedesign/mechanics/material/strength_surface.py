@@ -8,7 +8,7 @@ from itertools import permutations, product
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import FloatArray, lock, locked
 from gradedesign.errors import PluginError
 
 
@@ -60,8 +60,7 @@ class StrengthSurface:
                 f"a distribution of local stress needs increasing percentages between 0 and 100 "
                 f"and increasing positive stresses, found {spread.tolist()}"
             )
-        object.__setattr__(self, "weights", locked(self.weights, (k,), name="weights"))
-        object.__setattr__(self, "forms", locked(self.forms, (k, 6, 6), name="forms"))
+        lock(self, weights=(k,), forms=(k, 6, 6))
         if self.exponent < 2 or self.exponent % 2 or (self.weights < 0).any():
             raise ValueError(
                 f"a strength surface needs an even exponent and weights of 0 or more, found "

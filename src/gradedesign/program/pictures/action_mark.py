@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import FloatArray, lock
 from gradedesign.program.pictures.region_mark import centre_of, spread_points, unit_normals
 from gradedesign.program.pictures.scene import VIEW, Arrow, Lines
 
@@ -55,10 +55,10 @@ class ActionMark:
     at: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vector", locked(self.vector, (3,), name="vector"))
+        lock(self, vector=(3,))
         if self.at is not None:
-            object.__setattr__(self, "at", locked(self.at, (3,), name="at"))
-        object.__setattr__(self, "corners", locked(self.corners, (None, 3, 3), name="corners"))
+            lock(self, at=(3,))
+        lock(self, corners=(None, 3, 3))
 
     @property
     def size(self) -> float:

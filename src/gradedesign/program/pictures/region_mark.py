@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import FloatArray, lock
 
 Role = Literal["support", "load", "passive", "region", "unjudged"]
 COLOURS: dict[Role, str] = {
@@ -45,7 +45,7 @@ class RegionMark:
     corners: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "corners", locked(self.corners, (None, 3, 3), name="corners"))
+        lock(self, corners=(None, 3, 3))
 
 
 def unit_normals(corners: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from gradedesign.arrays import BoolArray, Field, FloatArray, locked
+from gradedesign.arrays import BoolArray, Field, FloatArray, lock
 from gradedesign.common.system.progress import report_step
 from gradedesign.errors import CaseError, LatticeError
 from gradedesign.geometry.fields.algebra import gradient
@@ -55,8 +55,7 @@ class Drain(CutComponent):
     listed: ClassVar[str] = "drains"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "mouth", locked(self.mouth, (3,), name="mouth"))
-        object.__setattr__(self, "inward", locked(self.inward, (3,), name="inward"))
+        lock(self, mouth=(3,), inward=(3,))
         if not (self.radius > 0 and self.depth > 0):
             raise LatticeError(
                 f"a drain hole of radius {self.radius:g} mm and depth {self.depth:g} mm is "

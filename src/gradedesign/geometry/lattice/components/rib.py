@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import FloatArray, lock
 from gradedesign.common.values.value_types import Size
 from gradedesign.errors import CaseError
 from gradedesign.geometry.cell.shape import spread_points
@@ -68,8 +68,7 @@ class Rib(SolidComponent):
     listed: ClassVar[str] = "ribs"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "point", locked(self.point, (3,), name="point"))
-        object.__setattr__(self, "normal", locked(self.normal, (3,), name="normal"))
+        lock(self, point=(3,), normal=(3,))
 
     @property
     def least(self) -> float:
