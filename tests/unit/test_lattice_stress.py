@@ -171,7 +171,8 @@ def measured(limit, model, rho, cases):
     names = [f"case {k}" for k in range(len(cases))]
     loads = tuple(replace(model.cases[0], name=name) for name in names)
     state = SolvedState(
-        model=replace(model, cases=loads), rho=rho, solutions={},
+        model=replace(model, cases=loads), rho=rho, share=None,
+            lattice_alone=model, solutions={},
         stress=dict(zip(names, cases, strict=True)),
     )  # fmt: skip
     return limit.predict(state).value

@@ -65,7 +65,7 @@ class ComplianceLimit(Limit):
     def responses(
         self, state: HomogenisedState, memory: tuple[int, ...] = ()
     ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
-        """Derivatives of ``f . u`` by the displacements and, through f, by the densities."""
+        """Derivatives of ``f . u`` by the displacements and, through f, by the design."""
         name = self.key.load_case
         force, u = state.force(name), state.displacement(name)
         response = Response(
@@ -73,7 +73,7 @@ class ComplianceLimit(Limit):
             load_case=name,
             value=self.factor * float((force * u).sum()),
             by_displacement=self.factor * force,
-            by_density=self.factor * state.force_slope(name, u),
+            by_design=self.factor * state.force_slope(name, u),
         )
         return (response,), memory
 

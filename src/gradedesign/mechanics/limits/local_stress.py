@@ -95,13 +95,14 @@ class StressLimit(Limit):
         self, state: HomogenisedState, found: VolumePercentile, load_case: str
     ) -> Response:
         by_displacement, by_density = state.through_local_stress(load_case, found.by_local)
-        by_density = by_density + found.by_density * state.effective_slope
+        by_design = state.by_density(by_density)
+        by_design += state.by_design(found.by_density, found.by_volume * self.evaluated)
         return Response(
             name=self.name,
             load_case=load_case,
             value=self.factor * found.value,
             by_displacement=self.factor * by_displacement,
-            by_density=self.factor * by_density,
+            by_design=self.factor * by_design,
         )
 
     def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:

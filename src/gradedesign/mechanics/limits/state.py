@@ -14,7 +14,9 @@ from gradedesign.mechanics.solver.lowest_modes import Modes
 class HomogenisedState(Protocol):
     """A density field with the displacements and stresses of every load case.
 
-    M tetrahedra, N nodes. Stresses are there only for limits that say `Limit.needs_stress`.
+    M tetrahedra, N nodes, P variables: the density of every tetrahedron and then, where solid
+    members are designed, the share that they take of its room for lattice. Stresses are there only
+    for limits that say `Limit.needs_stress`.
     """
 
     @property
@@ -55,14 +57,16 @@ class HomogenisedState(Protocol):
         """Nodal forces of loads and inertia, without reactions and thermal forces, (3, N), N."""
 
     def force_slope(self, load_case: str, displacement: FloatArray) -> FloatArray:
-        """Derivative by every density of the work of those forces on a displacement, (M,), N mm."""
+        """Derivative by every variable of the work of those forces, ``(P,)``, N mm."""
 
     def local_stress(self, load_case: str) -> FloatArray:
         """Predicted von Mises stress in the solid of the lattice, ``(M,)``, MPa."""
 
-    @property
-    def effective_slope(self) -> FloatArray:
-        """Derivative of effective by nominal density, ``(M,)``."""
+    def by_design(self, by_effective: FloatArray, by_volume: FloatArray) -> FloatArray:
+        """Derivatives ``(P,)`` of those by effective densities and by volumes of lattice, (M,)."""
+
+    def by_density(self, by_density: FloatArray) -> FloatArray:
+        """Derivatives ``(P,)`` of what depends on nominal densities alone, ``(M,)``."""
 
     def through_local_stress(
         self, load_case: str, by_local: FloatArray
@@ -137,8 +141,8 @@ class Response:
         In the unit of the limit, corrections included.
     by_displacement : (3, N) array or None
         Derivative of the value by every nodal displacement: the load of the adjoint problem.
-    by_density : (M,) array or None
-        Derivative by every density at fixed displacements; None: there is none.
+    by_design : (P,) array or None
+        Derivative by every variable of the design at fixed displacements; None: there is none.
     mode : ModeShape or None
         In place of the other derivatives.
     """
@@ -147,5 +151,5 @@ class Response:
     load_case: str
     value: float
     by_displacement: FloatArray | None = None
-    by_density: FloatArray | None = None
+    by_design: FloatArray | None = None
     mode: ModeShape | None = None

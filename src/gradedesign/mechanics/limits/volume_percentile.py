@@ -37,11 +37,14 @@ class VolumePercentile:
         Derivatives by the local stress of every tetrahedron.
     by_density : (M,) array, MPa
         By its effective density, at fixed local stress.
+    by_volume : (M,) array, MPa/mm^3
+        By the volume of its lattice.
     """
 
     value: float
     by_local: FloatArray
     by_density: FloatArray
+    by_volume: FloatArray
 
 
 def volume_percentile(
@@ -65,9 +68,11 @@ def volume_percentile(
         Of the volume, per cent.
     """
     used = np.flatnonzero((volumes > 0) & (local > 0))
-    by_local, by_density = np.zeros(local.shape), np.zeros(local.shape)
+    by_local, by_density, by_volume = np.zeros((3, local.size))
     if used.size == 0:
-        return VolumePercentile(value=0.0, by_local=by_local, by_density=by_density)
+        return VolumePercentile(
+            value=0.0, by_local=by_local, by_density=by_density, by_volume=by_volume
+        )
     whole = float(volumes @ density)
     some, solid, weights = local[used], density[used], volumes[used] * density[used] / whole
     among = law.among(used)
@@ -81,7 +86,9 @@ def volume_percentile(
     low, high = np.log(some.min()) - 20.0, np.log(some.max()) + 5.0
     if excess(low) <= 0:
         # So little of the lattice is stressed at all that the percentile finds no stress.
-        return VolumePercentile(value=0.0, by_local=by_local, by_density=by_density)
+        return VolumePercentile(
+            value=0.0, by_local=by_local, by_density=by_density, by_volume=by_volume
+        )
     value = smooth = float(np.exp(brentq(excess, low, high, xtol=1e-12)))
     if percentile >= 100.0 or not law.knows_distribution:
         value = weighted_percentile(some, weights, percentile)
@@ -89,8 +96,13 @@ def volume_percentile(
     falls = weights @ by_log
     by_local[used] = value / some * weights * by_log / falls
     by_density[used] = volumes[used] / whole * (above - beyond)
+    by_volume[used] = solid / whole * (above - beyond)
     by_density[used] += weights * np.where(inside == solid, by_solid, 0.0)
     unstressed = np.flatnonzero((volumes > 0) & (local <= 0))
     by_density[unstressed] = -volumes[unstressed] / whole * beyond
+    by_volume[unstressed] = -density[unstressed] / whole * beyond
     by_density *= -value / falls
-    return VolumePercentile(value=value, by_local=by_local, by_density=by_density)
+    by_volume *= -value / falls
+    return VolumePercentile(
+        value=value, by_local=by_local, by_density=by_density, by_volume=by_volume
+    )

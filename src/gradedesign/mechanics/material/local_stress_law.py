@@ -209,7 +209,8 @@ class LocalStressLaw:
         Notes
         -----
         Logarithm of the share over logarithm of the stress, linear between the percentages known
-        and in the logarithm of density; beyond the highest as from the last two.
+        and in the logarithm of density; beyond them as from the nearest two, up to all of the
+        solid.
         """
         place = np.log(self._inside(rho))
         knots = np.log(self.density)
@@ -270,9 +271,10 @@ def _log_exceedance(surface: StrengthSurface, x: FloatArray) -> tuple[FloatArray
     share, place = np.log1p(-percent / 100), np.log(stress)
     slopes = np.diff(share) / np.diff(place)
     slope = slopes[np.clip(np.searchsorted(place, x) - 1, 0, slopes.size - 1)]
-    beyond = share[-1] + slopes[-1] * np.maximum(x - place[-1], 0.0)
-    value = np.where(x > place[-1], beyond, np.interp(x, place, share, left=0.0))
-    return value, np.where(x < place[0], 0.0, slope)
+    outside = slopes[-1] * np.maximum(x - place[-1], 0.0)
+    outside += slopes[0] * np.minimum(x - place[0], 0.0)
+    value = np.minimum(np.interp(x, place, share) + outside, 0.0)
+    return value, np.where(value < 0.0, slope, 0.0)
 
 
 def _on_curves(curves: PchipInterpolator, x: FloatArray) -> FloatArray:

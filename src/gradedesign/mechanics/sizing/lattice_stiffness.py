@@ -101,6 +101,16 @@ def in_lattice(model: HomogenisedModel, C: FloatArray) -> FloatArray:
     return np.asarray(moments * (room / UNIFORM[:, None]))
 
 
+def in_room(model: HomogenisedModel, like: FloatArray) -> FloatArray:
+    """Contribution of solid in all room for lattice, shaped as ``like`` by `in_lattice`, MPa."""
+    solid = solid_stiffness(model).reshape(6, 6, *(1,) * (like.ndim - 2))
+    if model.solid_moments is not None:
+        return np.asarray((UNIFORM[:, None] - model.solid_moments) * solid)
+    if model.walls is not None:
+        solid = solid * UNIFORM[:, None]
+    return np.asarray(np.broadcast_to((1 - model.solid_fraction) * solid, like.shape))
+
+
 def _correction_factor(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     """Correction of the lattice's stiffness by explicit analyses, ``(M,)``."""
     grown = (rho / model.reference_density) ** model.stiffness_exponent

@@ -12,8 +12,9 @@ from gradedesign.arrays import FloatArray, locked
 from gradedesign.errors import DensityError
 from gradedesign.mechanics.limits.limit import Limit
 from gradedesign.mechanics.sizing.filter import DensityFilter, filtered
-from gradedesign.mechanics.sizing.homogenised import lattice_mass
+from gradedesign.mechanics.sizing.homogenised import lattice_mass, total_mass
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
+from gradedesign.mechanics.sizing.members import Members, member_shares, with_members
 
 log = logging.getLogger(__name__)
 
@@ -22,7 +23,8 @@ log = logging.getLogger(__name__)
 class SizingStep:
     """One iteration of the history.
 
-    ``utilisations`` are values over their limits, in the problem's order.
+    ``mass_g`` is that of the lattice and of solid members; ``utilisations`` are values over their
+    limits, in the problem's order.
     """
 
     iteration: int
@@ -54,6 +56,8 @@ class SizingProblem:
         from the lower to the upper of its element's bounds the density lies, as far as it lies
         itself between ``bounds``: no density leaves its element's bounds, and none jumps where
         they do not.
+    members : Members or None
+        Solid members among the lattice, further variables; None: lattice alone.
     target : float
         Utilisation of the governing limit that sizing aims at, just below 1.
 
@@ -71,6 +75,7 @@ class SizingProblem:
     bounds: tuple[float, float]
     filter: DensityFilter
     windows: tuple[FloatArray, FloatArray] | None = None
+    members: Members | None = None
     target: float = 1.0
 
     def __post_init__(self) -> None:
@@ -97,21 +102,60 @@ def sizing_step(
     iteration: int,
     utilisations: tuple[float, ...],
     change: float,
+    share: FloatArray | None = None,
 ) -> SizingStep:
-    """History entry of densities ``(M,)``."""
+    """History entry of densities ``(M,)`` and of the shares of solid members."""
     weights = problem.model.lattice_volumes
     return SizingStep(
         iteration=iteration,
-        mass_g=lattice_mass(problem.model, rho) * 1e6,
+        mass_g=designed_mass(problem.model, rho, share) * 1e6,
         mean_density=float(weights @ rho / weights.sum()),
         utilisations=utilisations,
         change=change,
     )
 
 
+def designed_mass(model: HomogenisedModel, rho: FloatArray, share: FloatArray | None) -> float:
+    """Mass of the lattice and of solid members, t: without what stays solid in any case.
+
+    Parameters
+    ----------
+    model : HomogenisedModel
+        Without the members.
+    """
+    if share is None:
+        return lattice_mass(model, rho)
+    passive = model.material.density * float(model.volumes @ model.solid_fraction)
+    return total_mass(with_members(model, share), rho) - passive
+
+
+def density_variables(problem: SizingProblem, x: FloatArray) -> FloatArray:
+    """The variables of densities among all ``(n,)``; those of members follow."""
+    return x[: problem.filter.shape[1]]
+
+
+def member_variables(problem: SizingProblem, x: FloatArray) -> FloatArray:
+    """Variables of members, 0 to 1, which enter as powers of e: steps are in logarithms."""
+    return np.asarray(np.log(x[problem.filter.shape[1] :]))
+
+
+def element_shares(problem: SizingProblem, x: FloatArray) -> FloatArray | None:
+    """Shares of solid members ``(M,)`` of design variables ``(n,)``; None: there are none."""
+    if problem.members is None:
+        return None
+    return member_shares(problem.members, member_variables(problem, x))
+
+
+def variable_bounds(problem: SizingProblem) -> tuple[FloatArray, FloatArray]:
+    """Bounds ``(n,)`` of all design variables."""
+    members = 0 if problem.members is None else problem.members.filter.shape[1]
+    count, (lo, hi) = (problem.filter.shape[1], members), problem.bounds
+    return np.repeat([lo, 1.0], count), np.repeat([hi, np.e], count)
+
+
 def element_densities(problem: SizingProblem, x: FloatArray) -> FloatArray:
     """Densities ``(M,)`` of design variables ``(n,)``."""
-    variables = filtered(problem.filter, x)
+    variables = filtered(problem.filter, density_variables(problem, x))
     if problem.windows is None:
         return variables
     low, slope = problem.windows[0], density_slope(problem)
@@ -146,7 +190,9 @@ class SizingResult:
     rho : (M,) array
         Density of every tetrahedron.
     variables : (n,) array
-        Design variables, see `element_densities`.
+        Design variables, see `element_densities` and `member_variables`.
+    share : (M,) array or None
+        Of the room for lattice of every tetrahedron that is solid; None: lattice alone.
     history : tuple of SizingStep
         The last step is that of ``rho``.
     converged : bool
@@ -162,9 +208,12 @@ class SizingResult:
     history: tuple[SizingStep, ...]
     converged: bool
     feasible: bool
+    share: FloatArray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rho", locked(self.rho, (None,), name="rho"))
+        if self.share is not None:
+            object.__setattr__(self, "share", locked(self.share, (None,), name="share"))
         object.__setattr__(self, "variables", locked(self.variables, (None,), name="variables"))
 
 
@@ -179,4 +228,5 @@ def sizing_result(
         history=tuple(history),
         converged=converged,
         feasible=history[-1].utilisation <= 1.0,
+        share=element_shares(problem, x),
     )

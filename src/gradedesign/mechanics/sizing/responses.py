@@ -15,29 +15,33 @@ from gradedesign.mechanics.fe.stiffness import MomentStiffness, Stiffness, gauss
 from gradedesign.mechanics.fe.stress import element_stress
 from gradedesign.mechanics.fe.supports import Supports
 from gradedesign.mechanics.limits.state import ModeShape, Response
-from gradedesign.mechanics.sizing.homogenised import mass_slope, solve_vectors
+from gradedesign.mechanics.sizing.homogenised import solve_vectors
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 from gradedesign.mechanics.sizing.lattice_stiffness import (
     as_stiffness,
     in_lattice,
+    in_room,
+    lattice_stiffness,
     lattice_stiffness_derivative,
 )
-from gradedesign.mechanics.sizing.state import SolvedState, case_named, force_slope
+from gradedesign.mechanics.sizing.state import SolvedState, case_named, force_slope, mass_slopes
 
 
 def response_gradients(
     state: SolvedState, responses: Sequence[Response], adjoints: Sequence[Solution | None]
 ) -> FloatArray:
-    """Derivatives of responses by the density of every tetrahedron, ``(k, M)``.
+    """Derivatives of responses by every variable of the design, ``(k, P)``.
 
     ``adjoints`` are those of the responses, by `solve_adjoints`.
     """
     if not responses:
-        return np.zeros((0, len(state.rho)))
-    derivative = stiffness_derivative(state.model, state.rho)
+        return np.zeros((0, len(state.rho) + (0 if state.share is None else len(state.share))))
+    derivatives = [stiffness_derivative(state.model, state.rho)]
+    if state.share is not None:
+        derivatives.append(member_derivative(state.lattice_alone, state.rho))
     return np.array(
         [
-            _response_gradient(state, derivative, response, adjoint)
+            _response_gradient(state, derivatives, response, adjoint)
             for response, adjoint in zip(responses, adjoints, strict=True)
         ]
     )
@@ -71,43 +75,65 @@ def stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> Stiffness:
     return as_stiffness(in_lattice(model, lattice_stiffness_derivative(model, rho)))
 
 
-def _response_gradient(
-    state: SolvedState, derivative: Stiffness, response: Response, adjoint: Solution | None
-) -> FloatArray:
-    """Derivative of one response by the density of every tetrahedron, ``(M,)``.
+def member_derivative(lattice_alone: HomogenisedModel, rho: FloatArray) -> Stiffness:
+    """Derivative of the stiffness of every tetrahedron by the share of its members, MPa.
 
-    ``dg/drho = lambda^T (df/drho - dK/drho u)``, with inertia and thermal loads in f, and what of
-    the response depends on density at fixed displacements; `derivative` is that of
-    `stiffness_derivative`.
+    Parameters
+    ----------
+    lattice_alone : HomogenisedModel
+        Without the members: what it holds beside solid is what they replace.
+    """
+    lattice = in_lattice(lattice_alone, lattice_stiffness(lattice_alone, rho))
+    return as_stiffness(in_room(lattice_alone, lattice) - lattice)
+
+
+def _response_gradient(
+    state: SolvedState, derivatives: Sequence[Stiffness], response: Response, adjoint: Solution
+) -> FloatArray:
+    """Derivative of one response by every variable of the design, ``(P,)``.
+
+    ``dg/dp = lambda^T (df/dp - dK/dp u)``, with inertia and thermal loads in f, and what of the
+    response depends on the design at fixed displacements; `derivatives` are those of the stiffness
+    by densities and by shares of members.
     """
     model, case = state.model, case_named(state.model, response.load_case)
     if response.mode is not None:
-        return _mode_gradient(state, derivative, response.mode)
+        return _mode_gradient(state, derivatives, response.mode)
     if adjoint is None:
         raise ValueError(f"{response.name} has neither an adjoint solution nor a mode")
-    gradient = -strain_energy_per_element(
-        model.space, derivative, state.displacement(case.name), adjoint.displacement
-    )
+    gradients = []
+    for derivative in derivatives:
+        gradient = -strain_energy_per_element(
+            model.space, derivative, state.displacement(case.name), adjoint.displacement
+        )
+        if case.temperature_change:
+            # The work of C alpha dT on the adjoint strain is that of alpha dT on its stress.
+            expansion = model.material.thermal_expansion * case.temperature_change
+            at_points = derivative
+            if isinstance(derivative, MomentStiffness):
+                at_points = gauss_equivalent(derivative)
+            stress = element_stress(model.space, at_points, adjoint.displacement)
+            gradient = gradient + model.volumes * expansion * np.trace(stress).mean(axis=-1)
+        gradients.append(gradient)
+    whole = np.concatenate(gradients)
     if np.any(case.acceleration):
-        gradient = gradient + force_slope(model, state.rho, case, adjoint.displacement)
-    if case.temperature_change:
-        # The work of C alpha dT on the adjoint strain is that of alpha dT on its stress.
-        expansion = model.material.thermal_expansion * case.temperature_change
-        if isinstance(derivative, MomentStiffness):
-            derivative = gauss_equivalent(derivative)
-        stress = element_stress(model.space, derivative, adjoint.displacement)
-        gradient = gradient + model.volumes * expansion * np.trace(stress).mean(axis=-1)
-    return gradient if response.by_density is None else gradient + response.by_density
+        whole += force_slope(state, case, adjoint.displacement)
+    return whole if response.by_design is None else whole + response.by_design
 
 
-def _mode_gradient(state: SolvedState, derivative: Stiffness, mode: ModeShape) -> FloatArray:
-    """Derivative of a value that follows a frequency by the density of every element, ``(M,)``.
+def _mode_gradient(
+    state: SolvedState, derivatives: Sequence[Stiffness], mode: ModeShape
+) -> FloatArray:
+    """Derivative of a value that follows a frequency by every variable of the design, ``(P,)``.
 
-    ``d omega^2/drho = x^T (dK/drho - omega^2 dM/drho) x / (x^T M x)``, where the last is one over
-    omega^2 as the shape is normalised (Wittrick, Proc. R. Soc. A 268, 1962; of equal frequencies
-    only their sum has this derivative).
+    ``d omega^2/dp = x^T (dK/dp - omega^2 dM/dp) x / (x^T M x)``, where the last is one over omega^2
+    as the shape is normalised (Wittrick, Proc. R. Soc. A 268, 1962; of equal frequencies only their
+    sum has this derivative).
     """
-    strained = strain_energy_per_element(state.model.space, derivative, mode.shape)
-    moved = squares_per_element(state.model.space, mode.shape)
-    moved = moved * state.model.volumes * mass_slope(state.model, state.rho)
-    return mode.by_square * mode.square * (strained - mode.square * moved)
+    moved = squares_per_element(state.model.space, mode.shape) * state.model.volumes
+    gradients = [
+        strain_energy_per_element(state.model.space, derivative, mode.shape)
+        - mode.square * moved * slope
+        for derivative, slope in zip(derivatives, mass_slopes(state), strict=True)
+    ]
+    return mode.by_square * mode.square * np.concatenate(gradients)

@@ -14,8 +14,9 @@ from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.common.system.progress import report_step, stepping
 from gradedesign.mechanics.limits.state import Response
 from gradedesign.mechanics.sizing.filter import collected
-from gradedesign.mechanics.sizing.homogenised import homogenised_system, lattice_mass, solid_slope
+from gradedesign.mechanics.sizing.homogenised import homogenised_system, solid_held, solid_slope
 from gradedesign.mechanics.sizing.mean_density import size_by_mean_density
+from gradedesign.mechanics.sizing.members import member_price, share_slope, with_members
 from gradedesign.mechanics.sizing.moving_asymptotes import (
     Asymptotes,
     asymptotes_step,
@@ -27,10 +28,14 @@ from gradedesign.mechanics.sizing.problem import (
     SizingResult,
     SizingStep,
     density_slope,
+    designed_mass,
     element_densities,
+    element_shares,
     filtered_for,
+    member_variables,
     sizing_result,
     sizing_step,
+    variable_bounds,
 )
 from gradedesign.mechanics.sizing.responses import response_gradients, solve_adjoints
 from gradedesign.mechanics.sizing.state import SolvedState, mode_shapes, solved_state
@@ -94,22 +99,24 @@ def size(
             start=None if start is None else float(start[0]), max_iterations=max_iterations,
             tolerance=tolerance, on_step=on_step,
         )  # fmt: skip
-    lo, hi = problem.bounds
+    ends = variable_bounds(problem)
+    lo, hi = ends
     active = _moving_variables(problem)
-    x = np.full(active.shape, np.sqrt(lo * hi)) if start is None else start
+    x = np.sqrt(lo * hi) if start is None else start
     x = np.where(active, np.clip(x, lo, hi), lo)
-    least, ends = np.maximum(keep * x, lo), (np.full(x.shape, lo), np.full(x.shape, hi))
+    least = np.maximum(keep * x, lo)
     asymptotes = first_asymptotes(x, *ends)
     history: list[SizingStep] = []
     memories: list[tuple[int, ...]] = [()] * len(problem.limits)
     recent: deque[tuple[FloatArray, ...]] = deque(maxlen=_RECENT)
     change = 1.0
     for iteration in range(INSISTENCE * max_iterations):
-        rho = element_densities(problem, x)
+        rho, share = element_densities(problem, x), element_shares(problem, x)
         most = max_iterations * (1 if iteration < max_iterations else INSISTENCE)
         with stepping(f"sizing iteration {iteration + 1} of {most} at most"):
-            analysed = _analyse(problem, rho, memories, recent)
-        history.append(sizing_step(problem, rho, iteration, analysed.utilisations, change))
+            analysed = _analyse(problem, rho, share, memories, recent)
+        used = analysed.utilisations
+        history.append(sizing_step(problem, rho, iteration, used, change, share))
         if on_step is not None:
             on_step(history[-1])
         holds = history[-1].utilisation <= _near_enough(problem, tolerance)
@@ -122,15 +129,18 @@ def size(
         new = x.copy()
         new[active] = _next_variables(problem, analysed, x, asymptotes, floor, move)[active]
         asymptotes = moved_asymptotes(asymptotes, new, *ends)
-        change = float(np.abs(new - x).max(initial=0.0) / hi)
+        change = float((np.abs(new - x) / hi).max(initial=0.0))
         x = new
     return sizing_result(problem, x, history, converged=False)
 
 
 def _moving_variables(problem: SizingProblem) -> BoolArray:
     """Design variables that move any lattice, ``(n,)``."""
-    weights = problem.model.lattice_volumes * density_slope(problem)
-    return np.asarray(collected(problem.filter, weights) > 0)
+    room = problem.model.lattice_volumes
+    moves = collected(problem.filter, room * density_slope(problem)) > 0
+    if problem.members is None:
+        return np.asarray(moves)
+    return np.concatenate([moves, collected(problem.members.filter, room) > 0])
 
 
 def _near_enough(problem: SizingProblem, tolerance: float) -> float:
@@ -161,38 +171,64 @@ def _next_variables(
     move: float,
 ) -> FloatArray:
     """Lightest variables ``(n,)`` near the present ones that hold the limits, as approximated."""
-    model, rho = problem.model, analysed.state.rho
-    slope = density_slope(problem)
-    cost = model.lattice_volumes * solid_slope(model, rho) * slope
-    cost *= model.material.density / lattice_mass(model, rho)
     used = analysed.governing / problem.target
     with np.errstate(divide="ignore"):
         values = np.log(used)
-    gradients = analysed.gradients * slope / (problem.target * used[:, None])
-    free = floor < problem.bounds[1]
+    gradients = analysed.gradients / (problem.target * used[:, None])
+    upper = variable_bounds(problem)[1]
+    free = floor < upper
     new = floor.copy()
     new[free], _ = asymptotes_step(
         np.maximum(x, floor)[free],
-        collected(problem.filter, cost)[free],
+        _by_variables(problem, x, _cost(problem, analysed.state))[free],
         values,
-        collected(problem.filter, gradients)[:, free],
-        (floor[free], np.full(int(free.sum()), problem.bounds[1])),
+        _by_variables(problem, x, gradients)[:, free],
+        (floor[free], upper[free]),
         asymptotes.distance[free],
         move=move,
     )
     return new
 
 
+def _cost(problem: SizingProblem, state: SolvedState) -> FloatArray:
+    """Derivatives ``(P,)`` of the mass by every variable of the design, over the mass.
+
+    Shares of members between 0 and 1 cost their price.
+    """
+    model, rho, share = problem.model, state.rho, state.share
+    room, slope = model.lattice_volumes, solid_slope(model, rho)
+    over = model.material.density / designed_mass(model, rho, share)
+    if share is None or problem.members is None:
+        return np.asarray(room * slope * over)
+    price, by_share = member_price(problem.members, share)
+    by_density = room * (1 - price) * slope
+    return np.concatenate([by_density, room * by_share * (1 - solid_held(model, rho))]) * over
+
+
+def _by_variables(problem: SizingProblem, x: FloatArray, by_design: FloatArray) -> FloatArray:
+    """Derivatives ``(..., n)`` by variables of those by every variable of the design, (..., P)."""
+    count = problem.filter.shape[0]
+    by_x = collected(problem.filter, by_design[..., :count] * density_slope(problem))
+    if problem.members is None:
+        return by_x
+    slope = share_slope(problem.members, member_variables(problem, x))
+    by_b = collected(problem.members.filter, by_design[..., count:] * slope)
+    # The variable is e to the power b.
+    return np.concatenate([by_x, by_b / x[problem.filter.shape[1] :]], axis=-1)
+
+
 def _floor(problem: SizingProblem, state: SolvedState) -> FloatArray:
     """Least variables ``(n,)`` that limits without a gradient ask for."""
+    least = variable_bounds(problem)[0]
     asked = [limit.least_density(state) for limit in problem.limits if not limit.by_gradient]
     if not asked:
-        return np.zeros(problem.filter.shape[1])
+        return least
     floor = filtered_for(problem, np.max(asked, axis=0))
     sums = collected(problem.filter, np.ones(floor.shape))
     mean = collected(problem.filter, floor) / np.where(sums > 0, sums, 1.0)
     # A variable is at least the mean of what its elements ask for; one of a single element that.
-    return np.maximum(mean, floor) if mean.shape == floor.shape else mean
+    densities = np.maximum(mean, floor) if mean.shape == floor.shape else mean
+    return np.concatenate([densities, least[densities.size :]])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -205,8 +241,8 @@ class _Analysed:
         Of every limit.
     governing : (k,) array
         Utilisations at the points that govern limits by gradient.
-    gradients : (k, M) array
-        Theirs by every density.
+    gradients : (k, P) array
+        Theirs by every variable of the design.
     """
 
     state: SolvedState
@@ -218,6 +254,7 @@ class _Analysed:
 def _analyse(
     problem: SizingProblem,
     rho: FloatArray,
+    share: FloatArray | None,
     memories: list[tuple[int, ...]],
     recent: deque[tuple[FloatArray, ...]],
 ) -> _Analysed:
@@ -226,9 +263,9 @@ def _analyse(
     ``memories`` are those of the limits from earlier designs, ``recent`` the displacements under
     loads and adjoint loads of the last of them; both are brought up to date.
     """
-    model, limits = problem.model, problem.limits
+    model, limits = with_members(problem.model, share), problem.limits
     system = homogenised_system(model, rho, [u for design in recent for u in design])
-    state = solved_state(model, rho, limits, system)
+    state = solved_state(model, rho, limits, system, share=share, lattice_alone=problem.model)
     utilisations = tuple(limit.utilisation(float(limit.predict(state).value)) for limit in limits)
     responses: list[Response] = []
     used: list[float] = []

@@ -20,6 +20,7 @@ from gradedesign.mechanics.sizing.homogenised import (
     homogenised_system,
     mass_density,
     mass_slope,
+    solid_held,
     solve_homogenised,
 )
 from gradedesign.mechanics.sizing.homogenised_model import (
@@ -48,6 +49,10 @@ class SolvedState:
     Attributes
     ----------
     rho : (M,) array
+    share : (M,) array or None
+        Of the room for lattice of every tetrahedron that solid members take; None: no members.
+    lattice_alone : HomogenisedModel
+        The model without these members.
     solutions : dict of load case to Solution
     stress : dict of load case to LatticeStress
         Empty unless a limit needs it.
@@ -57,6 +62,8 @@ class SolvedState:
 
     model: HomogenisedModel
     rho: FloatArray
+    share: FloatArray | None
+    lattice_alone: HomogenisedModel
     solutions: dict[str, Solution]
     stress: dict[str, LatticeStress]
     natural_modes: dict[str, Modes] = field(default_factory=dict)
@@ -105,8 +112,8 @@ class SolvedState:
         return mechanical_force(self.model.space, case, mass_density(self.model, self.rho))
 
     def force_slope(self, load_case: str, displacement: FloatArray) -> FloatArray:
-        """Derivative by every density of the work of those forces, ``(M,)``, N mm."""
-        return force_slope(self.model, self.rho, case_named(self.model, load_case), displacement)
+        """Derivative by every variable of the design of the work of those forces, (P,), N mm."""
+        return force_slope(self, case_named(self.model, load_case), displacement)
 
     def local_stress(self, load_case: str) -> FloatArray:
         """Predicted von Mises stress in the solid of the lattice, ``(M,)``, MPa."""
@@ -125,10 +132,17 @@ class SolvedState:
             by_local,
         )
 
-    @property
-    def effective_slope(self) -> FloatArray:
-        """Derivative of effective by nominal density, ``(M,)``."""
-        return effective_slope(self.model, self.rho)
+    def by_design(self, by_effective: FloatArray, by_volume: FloatArray) -> FloatArray:
+        """Derivatives by the variables of the design of those by densities and volumes, (P,)."""
+        by_density = by_effective * effective_slope(self.model, self.rho)
+        if self.share is None:
+            return np.asarray(by_density)
+        return np.concatenate([by_density, -by_volume * self.lattice_alone.lattice_volumes])
+
+    def by_density(self, by_density: FloatArray) -> FloatArray:
+        """Derivatives ``(P,)`` of what depends on nominal densities alone, ``(M,)``."""
+        none = np.zeros(0 if self.share is None else len(self.share))
+        return np.concatenate([by_density, none])
 
     def buckling_profile(self, load_case: str) -> FloatArray:
         """Use of the resistance against buckling, as `LawField.buckling_profile`, ``(b, M)``."""
@@ -144,10 +158,20 @@ def solved_state(
     rho: FloatArray,
     limits: Sequence[Limit],
     system: ElasticSystem | None = None,
+    *,
+    share: FloatArray | None = None,
+    lattice_alone: HomogenisedModel | None = None,
 ) -> SolvedState:
     """Solve every load case for densities ``(M,)``, with the stress if a limit needs it.
 
-    ``system`` is theirs by `homogenised_system`, where it is at hand.
+    Parameters
+    ----------
+    model : HomogenisedModel
+        With its solid members.
+    system : ElasticSystem, optional
+        Of these densities by `homogenised_system`, where it is at hand.
+    share, lattice_alone
+        As in `SolvedState`, where the members are variables.
     """
     system = system or homogenised_system(model, rho)
     solutions = solve_homogenised(model, rho, system)
@@ -158,6 +182,8 @@ def solved_state(
     return SolvedState(
         model=model,
         rho=rho,
+        share=share,
+        lattice_alone=model if lattice_alone is None else lattice_alone,
         solutions={s.name: s for s in solutions},
         stress=dict(stress),
         natural_modes={
@@ -186,14 +212,23 @@ def case_named(model: HomogenisedModel, name: str) -> PartLoadCase:
     return next(case for case in model.cases if case.name == name)
 
 
-def force_slope(
-    model: HomogenisedModel, rho: FloatArray, case: PartLoadCase, displacement: FloatArray
-) -> FloatArray:
-    """Derivative by every density of the work of inertia on a displacement, ``(M,)``, N mm."""
+def mass_slopes(state: SolvedState) -> list[FloatArray]:
+    """Derivatives of the mass density by densities, and by shares of members, each ``(M,)``."""
+    slopes = [mass_slope(state.model, state.rho)]
+    if state.share is not None:
+        room = 1 - state.lattice_alone.solid_fraction
+        void = 1 - solid_held(state.model, state.rho)
+        slopes.append(np.asarray(state.model.material.density * room * void))
+    return slopes
+
+
+def force_slope(state: SolvedState, case: PartLoadCase, displacement: FloatArray) -> FloatArray:
+    """Derivative by every variable of the design of the work of inertia, ``(P,)``, N mm."""
+    slopes = mass_slopes(state)
     if not np.any(case.acceleration):
-        return np.zeros(len(rho))
-    work = _body_force_work(model.space, case.acceleration, displacement)
-    return work * mass_slope(model, rho)
+        return np.zeros(sum(map(len, slopes)))
+    work = _body_force_work(state.model.space, case.acceleration, displacement)
+    return np.concatenate([work * slope for slope in slopes])
 
 
 def _body_force_work(

@@ -1,0 +1,78 @@
+"""Solid members among the lattice: the share of every tetrahedron that sizing makes solid.
+
+A filtered variable between 0 and 1 becomes a share by a smooth step, steeper and steeper (Wang,
+Lazarov, Sigmund, Struct. Multidisc. Optim. 43, 2011, equation 9). Solid and lattice of a
+tetrahedron are strained alike, so that stiffness is linear in the share; a share between costs more
+than it weighs, which makes shares all or nothing. The price is the inverse of the rational
+interpolation of stiffness by Stolpe and Svanberg (Struct. Multidisc. Optim. 22, 2001, equation 6),
+put on the mass: one and the same at 0 and 1, and finite in its slopes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.mechanics.fe.stiffness import UNIFORM
+from gradedesign.mechanics.sizing.filter import DensityFilter, filtered
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
+
+#: Sharpness below which the step is a straight line: it bends by less than a thousandth there.
+_STRAIGHT = 0.1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Members:
+    """Solid members as variables of sizing.
+
+    Attributes
+    ----------
+    filter : DensityFilter
+        From n variables, 0 to 1, to a value of every tetrahedron, which the step makes its share.
+        Its radius is that of the least member.
+    sharpness : float
+        Of the step; 0: the share is the filtered variable itself.
+    price : float
+        How much more a share between 0 and 1 costs than it weighs: ``1 + price`` times near 0.
+    """
+
+    filter: DensityFilter
+    sharpness: float = 0.0
+    price: float = 0.0
+
+
+def member_shares(members: Members, b: FloatArray) -> FloatArray:
+    """Share of every tetrahedron ``(M,)`` of variables ``(n,)``."""
+    x = np.clip(filtered(members.filter, b), 0.0, 1.0)
+    beta = members.sharpness
+    if beta <= _STRAIGHT:
+        return x
+    return np.asarray(0.5 + 0.5 * np.tanh(beta * (x - 0.5)) / np.tanh(0.5 * beta))
+
+
+def share_slope(members: Members, b: FloatArray) -> FloatArray:
+    """Derivative of every share by its filtered variable, ``(M,)``."""
+    x = np.clip(filtered(members.filter, b), 0.0, 1.0)
+    beta = members.sharpness
+    if beta <= _STRAIGHT:
+        return np.ones_like(x)
+    return np.asarray(0.5 * beta / np.cosh(beta * (x - 0.5)) ** 2 / np.tanh(0.5 * beta))
+
+
+def member_price(members: Members, share: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Share that a share costs, and its derivative, both ``(M,)``."""
+    base = 1.0 + members.price * share
+    return (1.0 + members.price) * share / base, (1.0 + members.price) / base**2
+
+
+def with_members(model: HomogenisedModel, share: FloatArray | None) -> HomogenisedModel:
+    """The model with a share of the lattice's room in every tetrahedron, ``(M,)``, made solid."""
+    if share is None:
+        return model
+    moments = model.solid_moments
+    if moments is not None:
+        moments = moments + share * (UNIFORM[:, None] - moments)
+    solid = model.solid_fraction + share * (1.0 - model.solid_fraction)
+    return replace(model, solid_fraction=solid, solid_moments=moments)
