@@ -19,9 +19,9 @@ from gradedesign.design.loop.accepted import Accepted, accept_design, judge_stre
 from gradedesign.design.loop.analysed import Analysed, analyse_cells
 from gradedesign.design.loop.announce import Announcer
 from gradedesign.design.loop.best_rows import best_rows
+from gradedesign.design.loop.designed import with_design
 from gradedesign.design.loop.ended import why_ended
 from gradedesign.design.loop.exported_surface import export_surface
-from gradedesign.design.loop.graded_cells import with_cells
 from gradedesign.design.loop.iteration import DesignIteration, run_iteration
 from gradedesign.design.loop.iteration_steps import SizingPlan, design_filter, size_design
 from gradedesign.design.loop.loop import Progress, run_loop
@@ -195,9 +195,9 @@ def _stop_early(
             SizingPlan(target=_FULL_UTILISATION, most_iterations=60),
             announce.sizing_step,
         )
-    model = with_cells(model, sized.rho)
+    model = with_design(model, sized.rho, sized.members)
     result = partial_result(model, registry, case.run.stop_after, sized=sized)
-    computed = Computed(rho=sized.rho)
+    computed = Computed(rho=sized.rho, members=sized.members)
     return write_outputs(out, model, registry, result, announce, computed)
 
 
@@ -306,7 +306,7 @@ def shown_design(
     else:
         design, remeshed = best_iteration(iterations), None
         with announce.stage("explicit"):
-            model = with_cells(model, design.rho)
+            model = with_design(model, design.rho, design.members)
             analysed = analyse_cells(model, design.rho, on_event=announce.listener)
             surface, _, _ = export_surface(model.plan, partial(written_back, out), analysed)
             rows = best_rows(
@@ -314,7 +314,7 @@ def shown_design(
             )
         announce.limits("explicit", rows)
     with announce.stage("printed"):
-        return shown_of(model.plan, design.rho, analysed, surface, rows, remeshed)
+        return shown_of(model.plan, design, analysed, surface, rows, remeshed)
 
 
 def judge(
@@ -327,7 +327,7 @@ def judge(
     """Export the surface of an iteration's design and have it accepted or refused."""
     if analysed is None:
         with announce.stage("explicit"):
-            model = with_cells(model, iteration.rho)
+            model = with_design(model, iteration.rho, iteration.members)
             analysed = analyse_cells(model, iteration.rho, on_event=announce.listener)
     with announce.stage("acceptance"):
         accepted = accept_design(model, partial(written_back, out), iteration, analysed, announce)

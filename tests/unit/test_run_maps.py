@@ -7,8 +7,8 @@ import pytest
 from small_parts import WALLS, box_part, held_bar
 
 from gradedesign.design.case.read_case import load_case
-from gradedesign.design.loop.graded_cells import with_cells
-from gradedesign.design.loop.iteration_steps import build_design, density_grid, explicit_spacing
+from gradedesign.design.loop.designed import density_grid, with_design
+from gradedesign.design.loop.iteration_steps import build_design, explicit_spacing
 from gradedesign.design.resolve import resolve_law as law_module
 from gradedesign.design.resolve.design_model import prepare
 from gradedesign.design.resolve.oriented import oriented
@@ -246,7 +246,7 @@ def ramp(setup, low, high):
 def graded(folder, registry, text, low, high):
     setup = prepared(folder, text, registry, case=LONG)
     rho = ramp(setup, low, high)
-    return setup, with_cells(setup, rho), rho
+    return setup, with_design(setup, rho), rho
 
 
 def test_walls_stay_and_sizes_follow(tmp_path, registry):
@@ -291,7 +291,7 @@ def test_size_and_wall_follow_by_the_ratio_rule(tmp_path, registry):
     np.testing.assert_allclose(local_cells(u, points).size, [10, 8], rtol=0.04)
     assert made.cells.layout.typical == setup.cells.layout.typical == pytest.approx(np.sqrt(80))
     # The range belongs to the bounds of sizing: half of them uses half of the sizes.
-    half = with_cells(setup, np.full(setup.homogenised.volumes.size, 0.3))
+    half = with_design(setup, np.full(setup.homogenised.volumes.size, 0.3))
     np.testing.assert_allclose(local_cells(half.cells.layout.cell_map, points).size, 10, rtol=1e-6)
 
 
@@ -351,7 +351,7 @@ def test_cells_follow_the_principal_stresses_of_the_solid_part(tmp_path, registr
             made.homogenised.rotation[:, :, q], bond_matrix(axes), atol=1e-12
         )
     assert made.cells.layout.typical == setup.cells.layout.typical
-    assert with_cells(made, np.full(setup.homogenised.volumes.size, 0.3)) is made
+    assert with_design(made, np.full(setup.homogenised.volumes.size, 0.3)) is made
 
 
 def test_graded_sizes_keep_the_directions(tmp_path, registry):
@@ -360,7 +360,7 @@ def test_graded_sizes_keep_the_directions(tmp_path, registry):
         '[lattice.orientation]\ndirection = ["1", "1", "0"]\n'
     )
     setup = prepared(tmp_path, text, registry, case=LONG)
-    made = with_cells(oriented(setup), np.full(setup.homogenised.volumes.size, 0.4))
+    made = with_design(oriented(setup), np.full(setup.homogenised.volumes.size, 0.4))
     axes = local_cells(made.cells.layout.cell_map, np.array([[7.0], [8.0], [9.0]])).axes[:, :, 0]
     assert np.abs(axes[:2, :2]) == pytest.approx(np.sqrt(0.5), abs=0.01)
 

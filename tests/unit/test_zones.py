@@ -12,10 +12,10 @@ from scipy.sparse import csr_matrix
 from small_parts import box_part, held_bar
 
 from gradedesign.design.case.read_case import load_case
+from gradedesign.design.loop.designed import density_grid
 from gradedesign.design.loop.iteration_steps import (
     SizingPlan,
     build_design,
-    density_grid,
     design_filter,
     explicit_spacing,
     size_design,

@@ -294,6 +294,38 @@ class Words(Reader):
         return {"anyOf": [text, {"type": "array", "items": text, "minItems": 1}]}
 
 
+@dataclass(frozen=True, slots=True)
+class Choices(Reader):
+    """Words of a list, each once, kept as a tuple in the order of that list; ``needed`` is one."""
+
+    words: tuple[str, ...]
+    needed: str
+
+    def read(self, value: object) -> tuple[str, ...]:
+        """Convert ``["a", "b"]``."""
+        if not isinstance(value, list) or not value:
+            raise Refused(f"found {shown(value)}; expected {self._example()}")
+        words = [_entry(Choice(self.words), i, v) for i, v in enumerate(value)]
+        if self.needed not in words or len(set(words)) < len(words):
+            raise Refused(
+                f'found {shown(value)}; expected "{self.needed}" and no word twice, such as '
+                f"{self._example()}"
+            )
+        return tuple(word for word in self.words if word in words)
+
+    def json_schema(self) -> JsonSchema:
+        """An array of the words."""
+        return {
+            "type": "array",
+            "items": {"enum": list(self.words)},
+            "minItems": 1,
+            "uniqueItems": True,
+        }
+
+    def _example(self) -> str:
+        return json.dumps(list(self.words))
+
+
 def _along_z(text: str) -> str:
     """A list with one quantity as its last entry beside zeros of its unit."""
     zero = f'"0 {re.sub(r"^[^A-Za-z]*", "", text)}"'

@@ -7,9 +7,9 @@ from math import inf
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.system.progress import Event, Listener, ignore
+from gradedesign.design.loop.designed import density_grid
 from gradedesign.design.loop.iteration_steps import (
     build_design,
-    density_grid,
     explicit_spacing,
 )
 from gradedesign.design.loop.planned_design import planned_design

@@ -7,11 +7,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf
 
+import numpy as np
+
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.common.system.progress import Event, Listener, ignore, report_step
 from gradedesign.design.loop.analysed import Analysed, analyse_cells
 from gradedesign.design.loop.design_between import Between, design_between
-from gradedesign.design.loop.graded_cells import with_cells
+from gradedesign.design.loop.designed import with_design
 from gradedesign.design.loop.iteration_row import Iteration, LimitIteration
 from gradedesign.design.loop.iteration_steps import (
     FIRST_SIZING_ITERATIONS,
@@ -60,6 +62,8 @@ class DesignIteration:
         Design variables, to start the next sizing from.
     rho : (M,) array
         Density of every tetrahedron.
+    members : (M,) array or None
+        Field of solid members, see `SizingResult`.
     expected : mapping of LimitKey to float
         Factors of `expected_factors`, which count until an acceptance teaches them.
     """
@@ -72,10 +76,13 @@ class DesignIteration:
     at_lower_bound: bool
     discrepancy: Discrepancy
     expected: Factors = field(default_factory=dict)
+    members: FloatArray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "variables", locked(self.variables, (None,)))
         object.__setattr__(self, "rho", locked(self.rho, (None,)))
+        if self.members is not None:
+            object.__setattr__(self, "members", locked(self.members, (None,)))
 
 
 def run_iteration(
@@ -96,7 +103,7 @@ def run_iteration(
     correction = previous[-1].correction if previous else Correction()
     sized, told = _next_design(model, previous, factors, density_filter, on_step, on_event)
     timing = {"sizing": time.perf_counter() - began}
-    model = with_cells(model, sized.rho)
+    model = with_design(model, sized.rho, sized.members)
     part, limits = model.homogenised, model.limits
     predicted = predict(part, limits, correction, sized.rho)
     at_most = previous[-1].summary.spacing_mm if previous else inf
@@ -128,6 +135,7 @@ def run_iteration(
         correction=lesson.correction,
         variables=sized.variables,
         rho=sized.rho,
+        members=sized.members,
         at_lower_bound=_touches_lower_bound(sized.rho, weights, element_bounds(model.cells)[0]),
         discrepancy=lesson.discrepancy,
         expected=expected_factors(lesson.rows, analysed.result.traction_residual),
@@ -149,7 +157,7 @@ def _next_design(
     if between is not None:
         return _mixed_design(previous, between, on_event), between.values
     sized = size_design(
-        with_cells(model, previous[-1].rho) if previous else model,
+        with_design(model, previous[-1].rho) if previous else model,
         previous[-1].correction if previous else Correction(),
         factors,
         density_filter,
@@ -171,11 +179,21 @@ def _mixed_design(
     on_event(Event(stage="sizing", message=message))
     return SizingResult(
         rho=lighter.rho + way * (heavier.rho - lighter.rho),
+        members=_mixed_members(lighter, heavier, way),
         variables=lighter.variables + way * (heavier.variables - lighter.variables),
         history=(),
         converged=False,
         feasible=True,
     )
+
+
+def _mixed_members(
+    lighter: DesignIteration, heavier: DesignIteration, way: float
+) -> FloatArray | None:
+    """Field of members some way between those of two designs."""
+    if lighter.members is None or heavier.members is None:
+        return None
+    return np.asarray(lighter.members + way * (heavier.members - lighter.members))
 
 
 def _sizing_plan(previous: Sequence[DesignIteration]) -> SizingPlan:

@@ -9,16 +9,15 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import report_step
+from gradedesign.design.loop.designed import with_design
 from gradedesign.design.resolve.analysable import grid_spacing
 from gradedesign.design.resolve.cell_choice import CellChoice
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.plan import Plan
 from gradedesign.design.resolve.thinnest_wall import thinnest_wall
-from gradedesign.design.resolve.zoning import node_windows
 from gradedesign.errors import LatticeError
 from gradedesign.geometry.cell.cells import single
-from gradedesign.geometry.contour.sample import grid_points
-from gradedesign.geometry.lattice.density_grid import DensityGrid, density_grid_from_elements
+from gradedesign.geometry.lattice.density_grid import DensityGrid
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign
 from gradedesign.geometry.tets.tet_mesh import centroids
@@ -40,6 +39,7 @@ from gradedesign.mechanics.sizing.lattice_stiffness import (
 )
 from gradedesign.mechanics.sizing.responses import solve_adjoints
 from gradedesign.mechanics.sizing.size import SizingProblem, SizingResult, SizingStep
+from gradedesign.mechanics.sizing.size_members import size_members
 from gradedesign.mechanics.sizing.state import SolvedState, solved_state
 from gradedesign.mechanics.sizing.stored_sizing import stored_sizing
 from gradedesign.mechanics.sizing.stress_to_density import size_by_stress
@@ -53,8 +53,6 @@ FIRST_SIZING_ITERATIONS = (10, 20)
 #: Later ones only tune: corrections of the last design do not fit one that has changed much. Twenty
 #: in every iteration took the cubic bracket five iterations of the loop instead of three to four.
 TUNING_SIZING_ITERATIONS = 8
-#: The density grid resolves a cell by this many nodes. Chosen, not measured.
-NODES_PER_CELL = 4
 #: Tables of a case on which a sizing depends.
 _SIZED_BY = {"material", "keep", "load_case", "limits", "lattice", "zone", "print", "region"}
 
@@ -160,46 +158,26 @@ def size_design(
             start=None if plan.start is None else float(plan.start[0]),
             max_iterations=plan.most_iterations, on_step=on_step,
         )  # fmt: skip
-    cell = model.cells.cell
+    cell, most = model.cells.cell, plan.most_iterations
     stated = (
         case.model_dump_json(include=_SIZED_BY),
         case.part.element_size,
         cell.name,
         repr(sorted(cell.parameters.items())),
     )
-    return stored_sizing(
-        sizing,
-        stated,
-        start=plan.start,
-        max_iterations=plan.most_iterations,
-        keep=plan.keep,
-        on_step=on_step,
-    )
 
+    def sized(problem: SizingProblem, start: FloatArray | None, most: int) -> SizingResult:
+        return stored_sizing(
+            problem, stated, start=start, max_iterations=most, keep=plan.keep, on_step=on_step
+        )
 
-def density_grid(model: DesignModel, rho: FloatArray) -> DensityGrid:
-    """The density field from which the lattice is built.
+    if case.lattice.member_thickness is None:
+        return sized(sizing, plan.start, most)
 
-    Where zones have different bounds, the relative position of every density between its bounds is
-    smoothed, so that the field keeps the local bounds.
-    """
-    report_step("density field")
-    case = model.plan.case
-    cell = case.lattice.cell_size
-    spacing = min(cell / NODES_PER_CELL, case.part.element_size)
-    mesh, margin, zoning = model.homogenised.space.mesh, 0.5 * cell, model.cells.zoning
-    if zoning is None or zoning.windows is None:
-        return density_grid_from_elements(mesh, rho, spacing=spacing, margin=margin)
-    low, high = zoning.windows
-    # An element whose bounds are equal gets the middle: it has no relative position.
-    height = np.full(rho.size, 0.5)
-    np.divide(rho - low, high - low, out=height, where=high > low)
-    heights = density_grid_from_elements(
-        mesh, np.clip(height, 0.0, 1.0), spacing=spacing, margin=margin
-    )
-    nodes = grid_points(heights.origin, (0, 0, 0), heights.values.shape, spacing)
-    below, above = node_windows(zoning, nodes)
-    return replace(heights, values=below + (above - below) * heights.values)
+    def bodied(members: FloatArray) -> HomogenisedModel:
+        return with_design(model, sizing.model.volumes, members).homogenised
+
+    return size_members(sizing, case.lattice.member_thickness, plan.start, sized, bodied, on_step)
 
 
 def build_design(domain: DesignDomain, cells: CellChoice, grid: DensityGrid) -> LatticeDesign:

@@ -103,7 +103,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Desi
     space, volumes = tet_space(mesh, 2), signed_volumes(mesh)
     plan = with_stressed_skins(plan, registry.components, space, on_event)
     report_step("supports, loads and solid volume fractions of the part")
-    moments = _moments_with_joints(plan, bounds, mesh)
+    moments = counted_solid(plan, bounds, mesh)
     shares = solid_fraction(moments)
     able = analysable_lattice(
         plan,
@@ -173,7 +173,7 @@ def _cells_and_laws(
     )
 
 
-def _moments_with_joints(plan: Plan, bounds: tuple[float, float], mesh: TetMesh) -> FloatArray:
+def counted_solid(plan: Plan, bounds: tuple[float, float], mesh: TetMesh) -> FloatArray:
     """Moments ``(10, M)`` of the volume that sizing counts as solid, joints included.
 
     That of skins and passive regions, s, and of the joints, j, as they are on the lattice of the

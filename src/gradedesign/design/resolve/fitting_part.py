@@ -47,7 +47,7 @@ def fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
         return case, part
     case = case.model_copy(
         update={
-            "part": with_mesh_size(case.part, part, case.lattice.cell_size),
+            "part": with_mesh_size(case.part, part, case.lattice.least_size),
             "load_case": with_symmetry(case.load_case, part, case.where),
         }
     )

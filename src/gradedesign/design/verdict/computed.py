@@ -25,11 +25,14 @@ class Computed:
     ----------
     rho : (M,) array or None
         Design that no analysis has judged.
+    members : (M,) array or None
+        Field of its solid members, see `SizingResult`.
     shown : Shown or None
         The analysed design that pictures and files show.
     """
 
     rho: FloatArray | None = None
+    members: FloatArray | None = None
     shown: Shown | None = None
     iterations: Sequence[DesignIteration] = ()
 
@@ -37,6 +40,11 @@ class Computed:
     def density(self) -> FloatArray | None:
         """Of every tetrahedron of the part ``(M,)``; None before sizing."""
         return self.rho if self.shown is None else self.shown.rho
+
+    @property
+    def field(self) -> FloatArray | None:
+        """Field of solid members ``(M,)``; None without any."""
+        return self.members if self.shown is None else self.shown.members
 
 
 def computed_fields(
@@ -84,7 +92,7 @@ def _lattice(shown: Shown) -> FieldSet:
     sampled = {
         f"von_mises {name} [MPa]": values.mean(axis=1) for name, values in result.von_mises.items()
     }
-    sampled["phase [0 lattice 1 skin 2 passive]"] = result.phase.astype(np.float64)
+    sampled["phase [0 lattice 1 skin 2 passive 3 members]"] = result.phase.astype(np.float64)
     solved = result.solved.volume_fields(sampled)
     return FieldSet(
         name="lattice",

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from gradedesign.arrays import FloatArray
 from gradedesign.design.acceptance.printed_body import PrintedBody, measure_printed
 from gradedesign.design.loop.analysed import Analysed
+from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.printing.print_checks import check_printed
 from gradedesign.design.printing.printability import Printability
 from gradedesign.design.resolve.plan import Plan
@@ -25,6 +26,8 @@ class Shown:
     ----------
     rho : (M,) array
         Density of every tetrahedron of the part.
+    members : (M,) array or None
+        Field of its solid members, see `SizingResult`.
     surface : SurfaceMesh
         As exported.
     fields : SurfaceFields
@@ -47,11 +50,12 @@ class Shown:
     printability: Printability | None
     rows: tuple[LimitRow, ...] = ()
     remeshed: ExplicitResult | None = None
+    members: FloatArray | None = None
 
 
 def shown_of(
     plan: Plan,
-    rho: FloatArray,
+    design: DesignIteration,
     analysed: Analysed,
     surface: SurfaceMesh,
     rows: tuple[LimitRow, ...] = (),
@@ -68,7 +72,8 @@ def shown_of(
         elements_mm3=float(solved.volumes.sum()),
     )
     return Shown(
-        rho=rho,
+        rho=design.rho,
+        members=design.members,
         analysed=analysed,
         surface=surface,
         fields=fields,

@@ -161,7 +161,7 @@ def verdict_result(
             **({"sizing": mapping} if mapping else {})
             | zone_measures(part, model.cells.zoning, design.rho),
             "cell_map": dict((accepted.analysed if accepted else model.cells).layout.report),
-            **plan.domain.facts(),
+            **shown.analysed.design.domain.facts(),
         },
         printed=printed_data(printed) | outer_data(case.print, case.part.file, plan.part.surface),
         yields=(*yields, *common.pop("yields")),

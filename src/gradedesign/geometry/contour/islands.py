@@ -121,6 +121,23 @@ def remove_islands(
     return used_only(surface.vertices, surface.faces, kept[shell]), report
 
 
+def without_crumbs(surface: SurfaceMesh, least: float) -> tuple[SurfaceMesh, int]:
+    """A closed surface without solids and voids of less than a volume, mm^3.
+
+    Returns
+    -------
+    surface : SurfaceMesh
+    count : int
+        Solids that are left.
+    """
+    at_vertex = vertex_shells(surface.faces, len(surface.vertices))
+    shell = at_vertex[surface.faces[:, 0]]
+    volume = shell_volumes(surface.vertices, surface.faces, at_vertex, int(shell.max()) + 1)
+    kept = np.abs(volume) >= least
+    left = used_only(surface.vertices, surface.faces, kept[shell])
+    return left, int(np.count_nonzero(kept & (volume > 0)))
+
+
 def largest_components(
     mesh: TetMesh, *, keep: int = 1, max_share: float = _MAX_SHARE
 ) -> tuple[TetMesh, int, float]:

@@ -17,7 +17,7 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray
 
 #: Phases of the printed solid: indices into ``explicit.measures.PHASES``.
-LATTICE, SKIN, KEPT = 0, 1, 2
+LATTICE, SKIN, KEPT, MEMBER = 0, 1, 2, 3
 
 #: Points ``(3, ...)`` mm and the part's distance there, where it is known, to the distance of a
 #: solid, mm.

@@ -13,6 +13,7 @@ from gradedesign.errors import LatticeError
 from gradedesign.geometry.lattice.component import (
     KEPT,
     LATTICE,
+    MEMBER,
     SKIN,
     CellComponent,
     Component,
@@ -133,14 +134,14 @@ class DesignDomain:
 def phase_at(
     domain: DesignDomain, points: FloatArray, distance: FloatArray | None = None
 ) -> IntArray:
-    """Phase of points of the part ``(3, ...)`` mm, ``(...)``: `LATTICE`, `SKIN` or `KEPT`.
+    """Phase of points of the part ``(3, ...)`` mm, ``(...)``: `LATTICE` or that of a solid.
 
     ``distance`` is that of the part where it is known already.
     """
     phase = np.full(np.shape(points)[1:], LATTICE, dtype=np.int64)
     to_part = distance
-    # Where several solids lie, the later phase counts.
-    for solid in sorted(domain.solids, key=lambda solid: -solid.phase):
+    # Where several solids lie, what is stated counts before members, and the later phase first.
+    for solid in sorted(domain.solids, key=lambda solid: (solid.phase == MEMBER, -solid.phase)):
         if to_part is None and solid.part_depth:
             to_part = domain.distance(points)
         open_ones = phase == LATTICE

@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from gradedesign.common.values.table import Table, key_error
 from gradedesign.common.values.value_types import (
     Choice,
+    Choices,
     Distance,
     Flag,
     Name,
@@ -34,11 +35,16 @@ from gradedesign.geometry.maps.orientation_schema import OrientationSpec
 
 #: Ways to find the density; the first by default.
 _METHODS = ("lightest", "stress-to-density")
+#: What a place of the part may hold, beside what the case states to be solid.
+PHASES = ("lattice", "solid")
+#: Least thickness of solid members over the edge of a cell: thinner ones are struts. Chosen, not
+#: measured.
+_MEMBER = 0.25
 #: Quantities that may follow the density.
 GRADINGS = ("uniform", "level", "thickness", "size", "ratio")
 
 #: Keys of a lattice that say how its density is found.
-_FINDING = ("method", "size_effects")
+_FINDING = ("method", "size_effects", "phases", "least_member")
 
 
 class LatticeSpec(Table):
@@ -111,6 +117,11 @@ class LatticeSpec(Table):
     """lightest: the least mass under every limit, by gradients; stress-to-density: the plain way,
     the stress of the fully solid part mapped to density by the law and scaled until every limit
     holds, with ``acceptance = "whole"`` unless it is stated."""
+    phases: Annotated[tuple[str, ...], Choices(PHASES, needed="lattice")] = ("lattice",)
+    """Phases that the part may hold: ["lattice"], or ["lattice", "solid"] for solid members among
+    the cells wherever that is lighter."""
+    least_member: Size | None = Field(default=None, examples=["5 mm"])
+    """Least thickness of solid members, mm; a quarter of a cell by default."""
     size_effects: Annotated[bool, Flag()] = True
     """Size effect: the stiffness of walls with few cells between the part's free faces, where it
     can be computed; ``false`` only to compare with the periodic lattice."""
@@ -135,6 +146,18 @@ class LatticeSpec(Table):
     def by_stress(self) -> bool:
         """Whether the plain method finds the density."""
         return self.method == _METHODS[1]
+
+    @property
+    def member_thickness(self) -> float | None:
+        """Least thickness of solid members, mm; None where there are none."""
+        if "solid" not in self.phases:
+            return None
+        return self.least_member if self.least_member is not None else _MEMBER * self.cell_size
+
+    @property
+    def least_size(self) -> float:
+        """Least length that elements of the part must follow, mm: a cell, or a member."""
+        return min(self.cell_size, self.member_thickness or self.cell_size)
 
     @property
     def cell_size(self) -> float:
@@ -246,6 +269,28 @@ class LatticeSpec(Table):
                 "method",
                 'stress-to-density makes a map of densities, which grading = "uniform" has not; '
                 'expected another grading, or method = "lightest"',
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _members(self) -> LatticeSpec:
+        if self.member_thickness is None:
+            if self.least_member is not None:
+                raise key_error(
+                    "least_member", 'has no meaning without phases = ["lattice", "solid"]'
+                )
+            return self
+        if self.by_stress:
+            raise key_error(
+                "phases",
+                'stress-to-density makes lattice alone; expected phases = ["lattice"], or '
+                'method = "lightest"',
+            )
+        if self.grading == "uniform":
+            raise key_error(
+                "phases",
+                'grading = "uniform" makes lattice of one density alone; expected '
+                'phases = ["lattice"], or another grading',
             )
         return self
 

@@ -13,7 +13,7 @@ from gradedesign.mechanics.fe.stress import weighted_percentile
 from gradedesign.mechanics.limits.banded import Banded
 
 #: Phases of the printed solid, in the order of their numbers.
-PHASES = ("lattice", "skin", "passive solid")
+PHASES = ("lattice", "skin", "passive solid", "solid members")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,7 +23,7 @@ class StressMeasure:
     Attributes
     ----------
     phase : str
-        "lattice", "skin" or "passive solid".
+        One of `PHASES`.
     value : float, MPa
         Volume percentile that is judged.
     maximum : float, MPa

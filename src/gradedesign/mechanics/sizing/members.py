@@ -19,6 +19,9 @@ from gradedesign.mechanics.fe.stiffness import UNIFORM
 from gradedesign.mechanics.sizing.filter import DensityFilter, filtered
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 
+#: Added to the variables of members, whose logarithms sizing changes: a share of solid that is as
+#: stiff as lattice of low density, so that a step changes the stiffness of both by like shares.
+LEAST_MEMBER = 0.05
 #: Sharpness below which the step is a straight line: it bends by less than a thousandth there.
 _STRAIGHT = 0.1
 
@@ -45,8 +48,12 @@ class Members:
 
 def member_shares(members: Members, b: FloatArray) -> FloatArray:
     """Share of every tetrahedron ``(M,)`` of variables ``(n,)``."""
-    x = np.clip(filtered(members.filter, b), 0.0, 1.0)
-    beta = members.sharpness
+    return stepped(members, filtered(members.filter, b))
+
+
+def stepped(members: Members, field: FloatArray) -> FloatArray:
+    """Shares of filtered variables, both ``(M,)``."""
+    x, beta = np.clip(field, 0.0, 1.0), members.sharpness
     if beta <= _STRAIGHT:
         return x
     return np.asarray(0.5 + 0.5 * np.tanh(beta * (x - 0.5)) / np.tanh(0.5 * beta))

@@ -14,7 +14,7 @@ from gradedesign.mechanics.limits.limit import Limit
 from gradedesign.mechanics.sizing.filter import DensityFilter, filtered
 from gradedesign.mechanics.sizing.homogenised import lattice_mass, total_mass
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
-from gradedesign.mechanics.sizing.members import Members, member_shares, with_members
+from gradedesign.mechanics.sizing.members import LEAST_MEMBER, Members, member_shares, with_members
 
 log = logging.getLogger(__name__)
 
@@ -135,8 +135,8 @@ def density_variables(problem: SizingProblem, x: FloatArray) -> FloatArray:
 
 
 def member_variables(problem: SizingProblem, x: FloatArray) -> FloatArray:
-    """Variables of members, 0 to 1, which enter as powers of e: steps are in logarithms."""
-    return np.asarray(np.log(x[problem.filter.shape[1] :]))
+    """Variables of members, 0 to 1, which enter with `LEAST_MEMBER` added."""
+    return np.asarray(x[problem.filter.shape[1] :] - LEAST_MEMBER)
 
 
 def element_shares(problem: SizingProblem, x: FloatArray) -> FloatArray | None:
@@ -146,11 +146,21 @@ def element_shares(problem: SizingProblem, x: FloatArray) -> FloatArray | None:
     return member_shares(problem.members, member_variables(problem, x))
 
 
+def member_field(problem: SizingProblem, x: FloatArray) -> FloatArray | None:
+    """Filtered variables of members ``(M,)``, of which their shares are steps; None without."""
+    if problem.members is None:
+        return None
+    return filtered(problem.members.filter, member_variables(problem, x))
+
+
 def variable_bounds(problem: SizingProblem) -> tuple[FloatArray, FloatArray]:
     """Bounds ``(n,)`` of all design variables."""
     members = 0 if problem.members is None else problem.members.filter.shape[1]
     count, (lo, hi) = (problem.filter.shape[1], members), problem.bounds
-    return np.repeat([lo, 1.0], count), np.repeat([hi, np.e], count)
+    return (
+        np.repeat([lo, LEAST_MEMBER], count),
+        np.repeat([hi, 1.0 + LEAST_MEMBER], count),
+    )
 
 
 def element_densities(problem: SizingProblem, x: FloatArray) -> FloatArray:
@@ -191,8 +201,8 @@ class SizingResult:
         Density of every tetrahedron.
     variables : (n,) array
         Design variables, see `element_densities` and `member_variables`.
-    share : (M,) array or None
-        Of the room for lattice of every tetrahedron that is solid; None: lattice alone.
+    members : (M,) array or None
+        Filtered variables of solid members, which lie where it exceeds a half; None: lattice alone.
     history : tuple of SizingStep
         The last step is that of ``rho``.
     converged : bool
@@ -208,12 +218,12 @@ class SizingResult:
     history: tuple[SizingStep, ...]
     converged: bool
     feasible: bool
-    share: FloatArray | None = None
+    members: FloatArray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rho", locked(self.rho, (None,), name="rho"))
-        if self.share is not None:
-            object.__setattr__(self, "share", locked(self.share, (None,), name="share"))
+        if self.members is not None:
+            object.__setattr__(self, "members", locked(self.members, (None,), name="members"))
         object.__setattr__(self, "variables", locked(self.variables, (None,), name="variables"))
 
 
@@ -228,5 +238,5 @@ def sizing_result(
         history=tuple(history),
         converged=converged,
         feasible=history[-1].utilisation <= 1.0,
-        share=element_shares(problem, x),
+        members=member_field(problem, x),
     )

@@ -213,8 +213,7 @@ def _by_variables(problem: SizingProblem, x: FloatArray, by_design: FloatArray) 
         return by_x
     slope = share_slope(problem.members, member_variables(problem, x))
     by_b = collected(problem.members.filter, by_design[..., count:] * slope)
-    # The variable is e to the power b.
-    return np.concatenate([by_x, by_b / x[problem.filter.shape[1] :]], axis=-1)
+    return np.concatenate([by_x, by_b], axis=-1)
 
 
 def _floor(problem: SizingProblem, state: SolvedState) -> FloatArray:

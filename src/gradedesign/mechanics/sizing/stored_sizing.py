@@ -15,7 +15,7 @@ from gradedesign.common.system.cache import content_key, load_arrays, store_arra
 from gradedesign.common.system.program_key import program_key
 from gradedesign.mechanics.limits.limit import Limit
 from gradedesign.mechanics.material.scaling_law import has_strength
-from gradedesign.mechanics.sizing.problem import element_densities
+from gradedesign.mechanics.sizing.problem import element_densities, member_field
 from gradedesign.mechanics.sizing.size import SizingProblem, SizingResult, SizingStep, size
 
 KIND = "sizing"
@@ -67,7 +67,7 @@ def _sizing_key(
     keep: float,
 ) -> str:
     """Content key of everything that a sizing depends on."""
-    model, law = problem.model, problem.model.law
+    model, law, members = problem.model, problem.model.law, problem.members
     limits = [
         (limit.key, limit.allowed, limit.factor, _source_of(limit)) for limit in problem.limits
     ]
@@ -104,6 +104,7 @@ def _sizing_key(
         repr(correction),
         repr(limits),
         repr((*problem.bounds, problem.target, max_iterations, keep)),
+        repr(members if members is None else (members.sharpness, members.price)),
         np.zeros(0) if start is None else start,
     )
 
@@ -138,6 +139,7 @@ def _unpacked(problem: SizingProblem, stored: dict[str, FloatArray]) -> SizingRe
         )
     return SizingResult(
         rho=element_densities(problem, stored["variables"]),
+        members=member_field(problem, stored["variables"]),
         variables=stored["variables"],
         history=tuple(history),
         converged=bool(stored["flags"][0]),

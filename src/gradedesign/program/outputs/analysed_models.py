@@ -8,7 +8,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.common.system.progress import report_step
-from gradedesign.design.loop.graded_cells import with_cells
+from gradedesign.design.loop.designed import with_design
 from gradedesign.design.loop.iteration_steps import corrected_model
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.solid_part import dense_stiffness
@@ -38,6 +38,7 @@ def analysed_models(
     model: DesignModel,
     *,
     rho: FloatArray | None,
+    members: FloatArray | None,
     correction: Correction,
     printed: Shown | None,
 ) -> Iterator[AnalysedModel]:
@@ -47,6 +48,8 @@ def analysed_models(
     ----------
     rho : (M,) array, optional
         Design.
+    members : (M,) array, optional
+        Field of its solid members.
     correction : Correction
         Of the homogenised model.
     printed : Shown, optional
@@ -55,7 +58,7 @@ def analysed_models(
     name = model.plan.case.name
     yield _solid(name, model.homogenised, model.facets, model.solutions)
     if rho is not None:
-        yield _homogenised(name, model, rho, correction)
+        yield _homogenised(name, with_design(model, rho, members), rho, correction)
     if printed is not None and (solved := _tets(printed)) is not None:
         yield _explicit(name, printed.analysed.solid, solved)
 
@@ -100,7 +103,6 @@ def _homogenised(
     Every tetrahedron has the stiffness of its own density. Where the run varies it inside the
     tetrahedra too, the model has its mean over each.
     """
-    model = with_cells(model, rho)
     part = corrected_model(model.homogenised, correction)
     stiffness = _element_means(part, rho)
     density = mass_density(part, rho)

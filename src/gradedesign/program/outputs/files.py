@@ -15,9 +15,10 @@ from gradedesign.common.system.atomic import replacing_path
 from gradedesign.common.system.progress import report_step
 from gradedesign.design.case.schema import Case
 from gradedesign.design.loop.announce import Announcer
+from gradedesign.design.loop.designed import density_grid
 from gradedesign.design.loop.exported_surface import case_surface
 from gradedesign.design.loop.iteration import DesignIteration
-from gradedesign.design.loop.iteration_steps import build_design, density_grid
+from gradedesign.design.loop.iteration_steps import build_design
 from gradedesign.design.loop.stated_print import StatedPrint
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.lattice_files import (
@@ -94,6 +95,7 @@ def write_outputs(
                 analysed_models,
                 model,
                 rho=computed.density,
+                members=computed.field,
                 correction=_learned(computed.iterations, computed.density),
                 printed=shown,
             ),

@@ -22,7 +22,7 @@ from gradedesign.mechanics.limits.verdict import Factors
 from gradedesign.program.store.run_folder import RunFolder, open_run_folder
 
 #: Raised when what an iteration stores changes its meaning.
-_ITERATION_VERSION = 10
+_ITERATION_VERSION = 11
 
 
 def default_folder(name: str) -> Path:
@@ -117,7 +117,10 @@ def iteration_to_stage(iteration: DesignIteration) -> tuple[dict[str, FloatArray
         "discrepancy": asdict(iteration.discrepancy),
         "expected": [[asdict(key), value] for key, value in iteration.expected.items()],
     }
-    return {"variables": iteration.variables, "rho": iteration.rho}, meta
+    arrays = {"variables": iteration.variables, "rho": iteration.rho}
+    if iteration.members is not None:
+        arrays["members"] = iteration.members
+    return arrays, meta
 
 
 def iteration_from_stage(
@@ -134,6 +137,7 @@ def iteration_from_stage(
         correction=Correction(**correction),
         variables=arrays["variables"],
         rho=arrays["rho"],
+        members=arrays.get("members"),
         at_lower_bound=bool(meta["at_lower_bound"]),
         discrepancy=Discrepancy(
             values=keyed_from_json(discrepancy["values"]),
