@@ -52,8 +52,9 @@ def with_design(
         If the map folds.
     """
     plan, cells, part = model.plan, model.cells, model.homogenised
-    if plan.case.lattice.graded_size:
-        spec, where = plan.case.lattice, plan.case.where
+    case = plan.case
+    spec, where = case.lattice, case.where
+    if spec.graded_size:
         with locating(where, "lattice.size"):
             wanted = wanted_size(spec, cells.cell, density_grid(model, rho), cells.bounds)
         points = cells.layout.points
@@ -62,10 +63,10 @@ def with_design(
         layout = replace(layout, typical=cells.layout.typical)
         rotation = bond_matrix(cell_axes(layout, part.space))
         cells, part = replace(cells, layout=layout), replace(part, rotation=rotation)
-    thickness = plan.case.lattice.member_thickness
+    thickness = spec.member_thickness
     if members is not None and thickness is not None:
         mesh = part.space.mesh
-        body = _bodies(mesh, members, thickness, plan.case.run.memory)
+        body = _bodies(mesh, members, thickness, case.run.memory)
         if body is not None:
             plan = replace(plan, domain=plan.domain.with_components([body]))
             moments = counted_solid(plan, cells.bounds, mesh)

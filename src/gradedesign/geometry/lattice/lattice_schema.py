@@ -1,4 +1,7 @@
-"""``[lattice]``: which cells fill the part."""
+"""``[lattice]``: which cells fill the part.
+
+Above 300 lines: the keys of one table, and which of them contradict each other.
+"""
 
 from __future__ import annotations
 
