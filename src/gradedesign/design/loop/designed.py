@@ -18,9 +18,15 @@ from gradedesign.geometry.lattice.density_grid import DensityGrid, density_grid_
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.graded_map import wanted_size
 from gradedesign.geometry.lattice.placed_layout import graded_layout
-from gradedesign.geometry.tets.tet_mesh import TetMesh
+from gradedesign.geometry.tets.tet_mesh import centroids
 from gradedesign.mechanics.sizing.density_beside_solids import density_beside_solids
-from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel, bond_matrix
+from gradedesign.mechanics.sizing.filter import cone_mean
+from gradedesign.mechanics.sizing.homogenised_model import (
+    HomogenisedModel,
+    bond_matrix,
+    filter_weights,
+)
+from gradedesign.mechanics.sizing.members import MemberField
 from gradedesign.mechanics.sizing.solid_moments import solid_fraction
 
 #: The density grid resolves a cell by this many nodes. Chosen, not measured.
@@ -31,7 +37,7 @@ _STEPS = 4
 
 
 def with_design(
-    model: DesignModel, rho: FloatArray, members: FloatArray | None = None
+    model: DesignModel, rho: FloatArray, members: MemberField | None = None
 ) -> DesignModel:
     """The model with the cells of a design, where their size is graded, and its solid members.
 
@@ -43,8 +49,8 @@ def with_design(
     ----------
     rho : (M,) array
         Density of every tetrahedron.
-    members : (M,) array, optional
-        Field of solid members, which lie where it exceeds a half.
+    members : MemberField, optional
+        Of its solid members.
 
     Raises
     ------
@@ -66,7 +72,7 @@ def with_design(
     thickness = spec.member_thickness
     if members is not None and thickness is not None:
         mesh = part.space.mesh
-        body = _bodies(mesh, members, thickness, case.run.memory)
+        body = _bodies(part, members, thickness)
         if body is not None:
             plan = replace(plan, domain=plan.domain.with_components([body]))
             moments = counted_solid(plan, cells.bounds, mesh)
@@ -77,17 +83,21 @@ def with_design(
     return replace(model, plan=plan, cells=cells, homogenised=part)
 
 
-def _bodies(mesh: TetMesh, members: FloatArray, thickness: float, memory: float) -> Members | None:
-    """Bodies of a field ``(M,)`` of members."""
+def _bodies(part: HomogenisedModel, members: MemberField, thickness: float) -> Members | None:
+    """Bodies of a field of members; None where it makes none."""
     report_step("surface of the solid members")
-    field = density_grid_from_elements(
-        mesh,
-        np.clip(members, 0.0, 1.0),
-        spacing=thickness / _STEPS,
-        margin=thickness,
-        memory_limit_bytes=memory,
+    mesh, spacing = part.space.mesh, thickness / _STEPS
+    lower, upper = (end(mesh.points, axis=1) for end in (np.min, np.max))
+    x, y, z = (int(n) for n in np.ceil((upper - lower) / spacing) + 2 * _STEPS + 1)
+    origin = lower - thickness
+    nodes = grid_points(origin, (0, 0, 0), (x, y, z), spacing).reshape(3, -1)
+    values = cone_mean(
+        centroids(mesh), filter_weights(part), members.radius, members.variables, nodes
     )
-    return solid_members(field, thickness)
+    field = DensityGrid(
+        origin=origin, spacing=spacing, values=np.clip(values, 0.0, 1.0).reshape(x, y, z)
+    )
+    return solid_members(field, thickness, members.offset)
 
 
 def _beside_members(

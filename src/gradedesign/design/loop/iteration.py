@@ -7,8 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf
 
-import numpy as np
-
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.common.system.progress import Event, Listener, ignore, report_step
 from gradedesign.design.loop.analysed import Analysed, analyse_cells
@@ -37,6 +35,7 @@ from gradedesign.mechanics.limits.limit import Limit
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.mechanics.limits.verdict import Factors, expected_factors
 from gradedesign.mechanics.sizing.filter import DensityFilter
+from gradedesign.mechanics.sizing.members import MemberField
 from gradedesign.mechanics.sizing.size import SizingResult, SizingStep
 
 #: Iterations after which a miss is taken for scatter, and the most room that is left for it.
@@ -62,8 +61,8 @@ class DesignIteration:
         Design variables, to start the next sizing from.
     rho : (M,) array
         Density of every tetrahedron.
-    members : (M,) array or None
-        Field of solid members, see `SizingResult`.
+    members : MemberField or None
+        Of its solid members.
     expected : mapping of LimitKey to float
         Factors of `expected_factors`, which count until an acceptance teaches them.
     """
@@ -76,13 +75,11 @@ class DesignIteration:
     at_lower_bound: bool
     discrepancy: Discrepancy
     expected: Factors = field(default_factory=dict)
-    members: FloatArray | None = None
+    members: MemberField | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "variables", locked(self.variables, (None,)))
         object.__setattr__(self, "rho", locked(self.rho, (None,)))
-        if self.members is not None:
-            object.__setattr__(self, "members", locked(self.members, (None,)))
 
 
 def run_iteration(
@@ -189,11 +186,16 @@ def _mixed_design(
 
 def _mixed_members(
     lighter: DesignIteration, heavier: DesignIteration, way: float
-) -> FloatArray | None:
+) -> MemberField | None:
     """Field of members some way between those of two designs."""
-    if lighter.members is None or heavier.members is None:
+    one, other = lighter.members, heavier.members
+    if one is None or other is None:
         return None
-    return np.asarray(lighter.members + way * (heavier.members - lighter.members))
+    return MemberField(
+        variables=one.variables + way * (other.variables - one.variables),
+        radius=one.radius,
+        offset=one.offset + way * (other.offset - one.offset),
+    )
 
 
 def _sizing_plan(previous: Sequence[DesignIteration]) -> SizingPlan:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import report_step
 from gradedesign.design.loop.designed import with_design
@@ -31,12 +29,13 @@ from gradedesign.mechanics.limits.state import Predicted
 from gradedesign.mechanics.limits.verdict import Factors
 from gradedesign.mechanics.sizing.filter import DensityFilter, cone_filter, uniform_filter
 from gradedesign.mechanics.sizing.homogenised import homogenised_system
-from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel, filter_weights
 from gradedesign.mechanics.sizing.lattice_stiffness import (
     as_stiffness,
     in_lattice,
     lattice_stiffness,
 )
+from gradedesign.mechanics.sizing.members import MemberField
 from gradedesign.mechanics.sizing.responses import solve_adjoints
 from gradedesign.mechanics.sizing.size import SizingProblem, SizingResult, SizingStep
 from gradedesign.mechanics.sizing.size_members import size_members
@@ -105,9 +104,8 @@ def design_filter(model: DesignModel) -> DensityFilter:
     part, lattice = model.homogenised, model.plan.case.lattice
     if lattice.grading == "uniform":
         return uniform_filter(part.volumes.size)
-    weights = part.volumes * np.maximum(1 - part.solid_fraction, 1e-6)
     radius = lattice.filter_radius * model.cells.layout.typical
-    return cone_filter(centroids(part.space.mesh), weights, radius)
+    return cone_filter(centroids(part.space.mesh), filter_weights(part), radius)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -174,7 +172,7 @@ def size_design(
     if case.lattice.member_thickness is None:
         return sized(sizing, plan.start, most)
 
-    def bodied(members: FloatArray) -> HomogenisedModel:
+    def bodied(members: MemberField) -> HomogenisedModel:
         return with_design(model, sizing.model.volumes, members).homogenised
 
     return size_members(sizing, case.lattice.member_thickness, plan.start, sized, bodied, on_step)

@@ -15,6 +15,7 @@ from gradedesign.geometry.formats.field_set import FieldSet
 from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.stress import von_mises
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
+from gradedesign.mechanics.sizing.members import MemberField
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -25,14 +26,14 @@ class Computed:
     ----------
     rho : (M,) array or None
         Design that no analysis has judged.
-    members : (M,) array or None
-        Field of its solid members, see `SizingResult`.
+    members : MemberField or None
+        Of its solid members.
     shown : Shown or None
         The analysed design that pictures and files show.
     """
 
     rho: FloatArray | None = None
-    members: FloatArray | None = None
+    members: MemberField | None = None
     shown: Shown | None = None
     iterations: Sequence[DesignIteration] = ()
 
@@ -42,8 +43,8 @@ class Computed:
         return self.rho if self.shown is None else self.shown.rho
 
     @property
-    def field(self) -> FloatArray | None:
-        """Field of solid members ``(M,)``; None without any."""
+    def field(self) -> MemberField | None:
+        """Of solid members; None without any."""
         return self.members if self.shown is None else self.shown.members
 
 

@@ -16,6 +16,7 @@ from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.mechanics.explicit.analysis import SurfaceFields
 from gradedesign.mechanics.explicit.explicit import ExplicitResult, governing_load_case
 from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.mechanics.sizing.members import MemberField
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -26,8 +27,8 @@ class Shown:
     ----------
     rho : (M,) array
         Density of every tetrahedron of the part.
-    members : (M,) array or None
-        Field of its solid members, see `SizingResult`.
+    members : MemberField or None
+        Of its solid members.
     surface : SurfaceMesh
         As exported.
     fields : SurfaceFields
@@ -50,7 +51,7 @@ class Shown:
     printability: Printability | None
     rows: tuple[LimitRow, ...] = ()
     remeshed: ExplicitResult | None = None
-    members: FloatArray | None = None
+    members: MemberField | None = None
 
 
 def shown_of(

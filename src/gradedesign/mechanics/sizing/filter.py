@@ -104,6 +104,31 @@ def cone_filter(points: FloatArray, volumes: FloatArray, radius: float) -> Densi
     return DensityFilter(factors=(csr_matrix(diags(1.0 / sums) @ weights), between, spread))
 
 
+def cone_mean(
+    points: FloatArray, volumes: FloatArray, radius: float, values: FloatArray, at: FloatArray
+) -> FloatArray:
+    """The mean by the kernel of `cone_filter` about any points, ``(k,)``; 0 where none is near.
+
+    Parameters
+    ----------
+    points : (3, M) array, mm
+    volumes : (M,) array, mm^3
+    radius : float, mm
+    values : (M,) array
+    at : (3, k) array, mm
+    """
+    tree, mean = cKDTree(points.T), np.zeros(at.shape[1])
+    weighted = np.stack([volumes, volumes * values], axis=1)
+    for block in _blocks(tree, at, radius):
+        pairs = cKDTree(at[:, block].T).sparse_distance_matrix(
+            tree, radius, output_type="coo_matrix"
+        )
+        kernel = csr_matrix((radius - pairs.data, (pairs.row, pairs.col)), shape=pairs.shape)
+        below, above = (kernel @ weighted).T
+        np.divide(above, below, out=mean[block], where=below > 0)
+    return mean
+
+
 def uniform_filter(count: int) -> DensityFilter:
     """Filter of one variable: every tetrahedron has the same density."""
     return DensityFilter(factors=(csr_matrix(np.ones((count, 1))),))

@@ -105,6 +105,11 @@ class HomogenisedModel:
         return np.asarray(self.volumes * (1 - self.solid_fraction))
 
 
+def filter_weights(model: HomogenisedModel) -> FloatArray:
+    """Weights of tetrahedra in filters, ``(M,)``, mm^3: their lattice, and hardly any for solid."""
+    return np.asarray(model.volumes * np.maximum(1 - model.solid_fraction, 1e-6))
+
+
 def homogenised_model(
     space: TetSpace,
     solid_fraction: FloatArray,

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import FloatArray, locked
 from gradedesign.mechanics.fe.stiffness import UNIFORM
 from gradedesign.mechanics.sizing.filter import DensityFilter, filtered
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
@@ -33,8 +33,10 @@ class Members:
     Attributes
     ----------
     filter : DensityFilter
-        From n variables, 0 to 1, to a value of every tetrahedron, which the step makes its share.
-        Its radius is that of the least member.
+        From the variables of tetrahedra, 0 to 1, to a value of each, which the step makes its
+        share.
+    radius : float, mm
+        Of that filter, which follows from the least member.
     sharpness : float
         Of the step; 0: the share is the filtered variable itself.
     price : float
@@ -42,8 +44,31 @@ class Members:
     """
 
     filter: DensityFilter
+    radius: float
     sharpness: float = 0.0
     price: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MemberField:
+    """Where the bodies of solid members lie.
+
+    Attributes
+    ----------
+    variables : (M,) array
+        Of every tetrahedron, not filtered: their surface is where the filtered ones are a half.
+    radius : float, mm
+        Of the filter.
+    offset : float, mm
+        By which the surface is moved outward then.
+    """
+
+    variables: FloatArray
+    radius: float
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "variables", locked(self.variables, (None,), name="variables"))
 
 
 def member_shares(members: Members, b: FloatArray) -> FloatArray:

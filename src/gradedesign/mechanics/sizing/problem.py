@@ -14,7 +14,13 @@ from gradedesign.mechanics.limits.limit import Limit
 from gradedesign.mechanics.sizing.filter import DensityFilter, filtered
 from gradedesign.mechanics.sizing.homogenised import lattice_mass, total_mass
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
-from gradedesign.mechanics.sizing.members import LEAST_MEMBER, Members, member_shares, with_members
+from gradedesign.mechanics.sizing.members import (
+    LEAST_MEMBER,
+    MemberField,
+    Members,
+    member_shares,
+    with_members,
+)
 
 log = logging.getLogger(__name__)
 
@@ -146,11 +152,11 @@ def element_shares(problem: SizingProblem, x: FloatArray) -> FloatArray | None:
     return member_shares(problem.members, member_variables(problem, x))
 
 
-def member_field(problem: SizingProblem, x: FloatArray) -> FloatArray | None:
-    """Filtered variables of members ``(M,)``, of which their shares are steps; None without."""
+def member_field(problem: SizingProblem, x: FloatArray) -> MemberField | None:
+    """Field of members, of whose filtered values their shares are steps; None without any."""
     if problem.members is None:
         return None
-    return filtered(problem.members.filter, member_variables(problem, x))
+    return MemberField(variables=member_variables(problem, x), radius=problem.members.radius)
 
 
 def variable_bounds(problem: SizingProblem) -> tuple[FloatArray, FloatArray]:
@@ -201,8 +207,8 @@ class SizingResult:
         Density of every tetrahedron.
     variables : (n,) array
         Design variables, see `element_densities` and `member_variables`.
-    members : (M,) array or None
-        Filtered variables of solid members, which lie where it exceeds a half; None: lattice alone.
+    members : MemberField or None
+        Of solid members; None: lattice alone.
     history : tuple of SizingStep
         The last step is that of ``rho``.
     converged : bool
@@ -218,12 +224,10 @@ class SizingResult:
     history: tuple[SizingStep, ...]
     converged: bool
     feasible: bool
-    members: FloatArray | None = None
+    members: MemberField | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rho", locked(self.rho, (None,), name="rho"))
-        if self.members is not None:
-            object.__setattr__(self, "members", locked(self.members, (None,), name="members"))
         object.__setattr__(self, "variables", locked(self.variables, (None,), name="variables"))
 
 

@@ -2,7 +2,7 @@
 
 Shares between lattice and solid are free at first, then cost their price, and the step that makes
 them is sharpened; so the members find their places before they must be all or nothing. What is left
-of grey turns into the surface of bodies, whose level is moved until the most used limit is met.
+of grey becomes bodies, whose surface is moved until the most used limit is met.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.geometry.tets.tet_mesh import centroids
 from gradedesign.mechanics.sizing.analysed_step import analysed_step
-from gradedesign.mechanics.sizing.filter import cone_filter, filtered
+from gradedesign.mechanics.sizing.filter import cone_filter
 from gradedesign.mechanics.sizing.homogenised import total_mass
-from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
-from gradedesign.mechanics.sizing.members import LEAST_MEMBER, Members, stepped
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel, filter_weights
+from gradedesign.mechanics.sizing.members import LEAST_MEMBER, MemberField, Members
 from gradedesign.mechanics.sizing.problem import (
     SizingProblem,
     SizingResult,
@@ -34,15 +34,17 @@ _BEGINNING = 0.05
 #: Radius of the filter of members over their least thickness: a ball of that radius lies inside a
 #: member where its filtered variable is a half at the surface. Chosen, not measured.
 _RADIUS = 1.25
-#: Levels of the surface that are tried, and how near to its aim the most used limit is to be.
-_MOST_LEVELS, _NEAR = 5, 0.004
-#: First change of the level, and the largest from the first level. Chosen, not measured.
-_FIRST_CHANGE, _MOST_CHANGE = 0.05, 0.4
+#: Offsets of the surface that are tried, and how near to its aim the most used limit is to be.
+#: Chosen, not measured.
+_MOST_OFFSETS, _NEAR = 5, 0.004
+#: First offset, and the largest, over the least thickness: an offset adds twice of it to a member,
+#: and takes no more than half of the thinnest. Chosen, not measured.
+_FIRST_OFFSET, _MOST_OFFSET = 0.05, 0.25
 
 #: ``sized(problem, start, most iterations)``: one run of sizing.
 Sized = Callable[[SizingProblem, FloatArray | None, int], SizingResult]
 #: ``bodied(field)``: the homogenised part with the bodies of a field of members.
-Bodied = Callable[[FloatArray], HomogenisedModel]
+Bodied = Callable[[MemberField], HomogenisedModel]
 
 
 def size_members(
@@ -66,7 +68,7 @@ def size_members(
     sized : callable
         ``sized(problem, start, most iterations)``.
     bodied : callable
-        The homogenised part with the bodies of a field of members ``(M,)``.
+        The homogenised part with the bodies of a field of members.
     on_step : callable, optional
         Receives the analyses of bodies; those of ``sized`` it receives there.
 
@@ -76,8 +78,9 @@ def size_members(
         With the members' field of the bodies, and the history of all stages.
     """
     part = problem.model
-    room = part.volumes * np.maximum(1 - part.solid_fraction, 1e-6)
-    members = Members(filter=cone_filter(centroids(part.space.mesh), room, _RADIUS * thickness))
+    room = filter_weights(part)
+    radius = _RADIUS * thickness
+    members = Members(filter=cone_filter(centroids(part.space.mesh), room, radius), radius=radius)
     x, history = start, list[SizingStep]()
     if x is None:
         lo, hi = problem.bounds
@@ -92,39 +95,40 @@ def size_members(
         result = sized(replace(problem, members=members), x, most)
         x = result.variables
         history += result.history
-    field = filtered(members.filter, x[problem.filter.shape[1] :] - LEAST_MEMBER)
-    level = _level_of_volume(problem, field, stepped(members, field))
-    level, step = _tuned_level(problem, bodied, result.rho, field, level, len(history), on_step)
+    if result.members is None:
+        return result
+    found, step = _moved(problem, bodied, result, result.members, thickness, len(history), on_step)
     return replace(
         result,
-        members=field + (0.5 - level),
+        members=found,
         history=(*history, step),
         feasible=step.utilisation <= 1.0,
     )
 
 
-def _tuned_level(
+def _moved(
     problem: SizingProblem,
     bodied: Bodied,
-    rho: FloatArray,
-    field: FloatArray,
-    level: float,
+    result: SizingResult,
+    members: MemberField,
+    thickness: float,
     number: int,
     on_step: Callable[[SizingStep], None] | None,
-) -> tuple[float, SizingStep]:
-    """Level of the field at which bodies meet the aim of the most used limit, and their step."""
-    first, tried, steps = level, list[tuple[float, float]](), list[SizingStep]()
-    for k in range(_MOST_LEVELS):
-        step = _step_of_bodies(problem, bodied(field + (0.5 - level)), rho, number + k)
+) -> tuple[MemberField, SizingStep]:
+    """The members with the offset at which their bodies meet the aim of the most used limit."""
+    tried: list[tuple[MemberField, SizingStep]] = []
+    offsets, off = [0.0], list[float]()
+    for k in range(_MOST_OFFSETS):
+        field = replace(members, offset=offsets[-1])
+        step = _step_of_bodies(problem, bodied(field), result.rho, number + k)
         if on_step is not None:
             on_step(step)
-        steps.append(step)
-        tried.append((level, float(np.log(step.utilisation / problem.target))))
-        if abs(tried[-1][1]) <= _NEAR:
+        tried.append((field, step))
+        off.append(float(np.log(step.utilisation / problem.target)))
+        if abs(off[-1]) <= _NEAR:
             break
-        level = float(np.clip(_next_level(tried), first - _MOST_CHANGE, first + _MOST_CHANGE))
-    best = min(range(len(steps)), key=lambda k: _rank(steps[k], problem.target))
-    return tried[best][0], steps[best]
+        offsets.append(_next_offset(offsets, off, thickness))
+    return min(tried, key=lambda each: _rank(each[1], problem.target))
 
 
 def _step_of_bodies(
@@ -143,23 +147,17 @@ def _step_of_bodies(
     return replace(step, mass_g=(total_mass(part, rho) - passive) * 1e6)
 
 
-def _level_of_volume(problem: SizingProblem, field: FloatArray, share: FloatArray) -> float:
-    """Level above which as much volume lies as the shares hold."""
-    room = problem.model.lattice_volumes
-    order = np.argsort(-field)
-    above = np.cumsum(room[order])
-    at = int(np.searchsorted(above, float(room @ share)))
-    return float(np.clip(field[order[min(at, order.size - 1)]], 0.05, 0.95))
-
-
-def _next_level(tried: list[tuple[float, float]]) -> float:
-    """Level at which the line through the two nearest to the aim meets it."""
-    if len(tried) == 1:
-        level, off = tried[0]
-        # A higher level leaves less solid, and a limit is used more.
-        return level - np.sign(off) * _FIRST_CHANGE
-    (a, u), (b, v) = sorted(tried, key=lambda each: abs(each[1]))[:2]
-    return a - u * (b - a) / (v - u) if v != u else a - np.sign(u) * _FIRST_CHANGE
+def _next_offset(offsets: list[float], off: list[float], thickness: float) -> float:
+    """Offset at which the line through the two nearest to the aim meets it, within bounds."""
+    most = _MOST_OFFSET * thickness
+    if len(offsets) == 1:
+        # A limit that is used too much asks for more solid.
+        return float(np.sign(off[0])) * _FIRST_OFFSET * thickness
+    near = np.argsort(np.abs(off))[:2]
+    (a, b), (u, v) = np.array(offsets)[near], np.array(off)[near]
+    slope = (v - u) / (b - a) if b != a else 0.0
+    step = -u / slope if slope < 0 else np.sign(u) * _FIRST_OFFSET * thickness
+    return float(np.clip(a + step, -most, most))
 
 
 def _rank(step: SizingStep, target: float) -> tuple[bool, float]:

@@ -31,6 +31,7 @@ from gradedesign.mechanics.fe.stiffness import AnisotropicStiffness, mean_of
 from gradedesign.mechanics.sizing.homogenised import mass_density, solve_homogenised
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 from gradedesign.mechanics.sizing.lattice_stiffness import effective_stiffness
+from gradedesign.mechanics.sizing.members import MemberField
 from gradedesign.program.outputs.analysed_model import AnalysedModel, ModelStep
 
 
@@ -38,7 +39,7 @@ def analysed_models(
     model: DesignModel,
     *,
     rho: FloatArray | None,
-    members: FloatArray | None,
+    members: MemberField | None,
     correction: Correction,
     printed: Shown | None,
 ) -> Iterator[AnalysedModel]:
@@ -48,8 +49,8 @@ def analysed_models(
     ----------
     rho : (M,) array, optional
         Design.
-    members : (M,) array, optional
-        Field of its solid members.
+    members : MemberField, optional
+        Of its solid members.
     correction : Correction
         Of the homogenised model.
     printed : Shown, optional

@@ -19,6 +19,7 @@ from gradedesign.mechanics.explicit.correction import Correction, Discrepancy
 from gradedesign.mechanics.limits.key import LimitKey, keyed_from_json
 from gradedesign.mechanics.limits.row import row_from_json
 from gradedesign.mechanics.limits.verdict import Factors
+from gradedesign.mechanics.sizing.members import MemberField
 from gradedesign.program.store.run_folder import RunFolder, open_run_folder
 
 #: Raised when what an iteration stores changes its meaning.
@@ -119,7 +120,8 @@ def iteration_to_stage(iteration: DesignIteration) -> tuple[dict[str, FloatArray
     }
     arrays = {"variables": iteration.variables, "rho": iteration.rho}
     if iteration.members is not None:
-        arrays["members"] = iteration.members
+        arrays["members"] = iteration.members.variables
+        meta["members"] = [iteration.members.radius, iteration.members.offset]
     return arrays, meta
 
 
@@ -137,7 +139,11 @@ def iteration_from_stage(
         correction=Correction(**correction),
         variables=arrays["variables"],
         rho=arrays["rho"],
-        members=arrays.get("members"),
+        members=(
+            MemberField(arrays["members"], *map(float, meta["members"]))
+            if "members" in arrays
+            else None
+        ),
         at_lower_bound=bool(meta["at_lower_bound"]),
         discrepancy=Discrepancy(
             values=keyed_from_json(discrepancy["values"]),

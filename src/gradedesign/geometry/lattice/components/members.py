@@ -11,10 +11,9 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.geometry.contour.islands import without_crumbs
 from gradedesign.geometry.contour.surface import extract_surface
-from gradedesign.geometry.lattice.component import MEMBER, SolidComponent
+from gradedesign.geometry.lattice.component import MEMBER, SolidComponent, less
 from gradedesign.geometry.lattice.density_grid import DensityGrid, evaluate
 from gradedesign.geometry.part.signed_distance import surface_distance
-from gradedesign.geometry.triangles.surface_mesh import enclosed_volume
 
 #: Value of the filtered field at the surface of members.
 _HALF = 0.5
@@ -35,14 +34,11 @@ class Members(SolidComponent):
         Of the thinnest one that may be.
     count : int
         Separate members.
-    volume : float, mm^3
-        That they hold, with what lies beyond the part's faces.
     """
 
     to_surface: Field
     thickness: float
     count: int
-    volume: float
 
     phase: ClassVar[int] = MEMBER
     listed: ClassVar[str] = "solid_members"
@@ -62,7 +58,7 @@ class Members(SolidComponent):
         return self.to_surface(points)
 
 
-def solid_members(field: DensityGrid, thickness: float) -> Members | None:
+def solid_members(field: DensityGrid, thickness: float, offset: float = 0.0) -> Members | None:
     """Members where a filtered field exceeds a half, without crumbs; None where it does nowhere.
 
     Parameters
@@ -71,6 +67,8 @@ def solid_members(field: DensityGrid, thickness: float) -> Members | None:
         Smooth over about the thickness.
     thickness : float, mm
         Of the thinnest member.
+    offset : float, mm
+        By which their surface is moved outward.
     """
     # The solid is cut at the box, beyond the part: half a step inside the outer nodes.
     lower = field.origin + 0.5 * field.spacing
@@ -88,9 +86,8 @@ def solid_members(field: DensityGrid, thickness: float) -> Members | None:
     return Members(
         name="solid members",
         where="lattice.phases",
-        to_surface=surface_distance(surface),
+        to_surface=less(surface_distance(surface), offset),
         thickness=thickness,
         count=count,
-        volume=enclosed_volume(surface),
-        box=(surface.vertices.min(axis=0), surface.vertices.max(axis=0)),
+        box=(surface.vertices.min(axis=0) - offset, surface.vertices.max(axis=0) + offset),
     )

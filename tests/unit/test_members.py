@@ -1,0 +1,182 @@
+"""Solid members: shares, their price, bodies of a field, and sizing with them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.sparse import identity
+
+from gradedesign.geometry.lattice.component import LATTICE, MEMBER
+from gradedesign.geometry.lattice.components.members import solid_members
+from gradedesign.geometry.lattice.density_grid import DensityGrid
+from gradedesign.geometry.lattice.domain import DesignDomain, phase_at
+from gradedesign.geometry.part.part_mesh import box_part_mesh
+from gradedesign.geometry.tets.tet_mesh import boundary_facets, centroids
+from gradedesign.mechanics.fe.facets import facet_nodes
+from gradedesign.mechanics.fe.load_case import PartLoadCase
+from gradedesign.mechanics.fe.loads import traction_force
+from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.supports import supports_on
+from gradedesign.mechanics.limits.displacement import DisplacementLimit
+from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.material.material import Material
+from gradedesign.mechanics.material.power_law import power_law
+from gradedesign.mechanics.material.scaling_law import LawOrigin
+from gradedesign.mechanics.sizing.filter import DensityFilter, cone_filter, cone_mean
+from gradedesign.mechanics.sizing.homogenised import total_mass
+from gradedesign.mechanics.sizing.homogenised_model import homogenised_model
+from gradedesign.mechanics.sizing.members import (
+    Members,
+    member_price,
+    member_shares,
+    share_slope,
+    with_members,
+)
+from gradedesign.mechanics.sizing.problem import SizingProblem, designed_mass
+from gradedesign.mechanics.sizing.size import size
+from gradedesign.mechanics.sizing.size_members import size_members
+
+LAW = power_law(
+    "test-law", ("test",), youngs=(1.0, 2.0), strength=(0.3, 1.5), window=(0.1, 0.6),
+    origin=LawOrigin(kind="fe", source="this test", test="none"),
+)  # fmt: skip
+MATERIAL = Material(
+    name="test", youngs_modulus=1000.0, poissons_ratio=0.3, density=1e-6, yield_strength=10.0
+)
+
+
+def members(sharpness, price=0.0, count=7):
+    same = DensityFilter(factors=(identity(count, format="csr"),))
+    return Members(filter=same, radius=1.0, sharpness=sharpness, price=price)
+
+
+@given(st.floats(0.0, 32.0), st.floats(0.0, 10.0))
+def test_shares_go_from_nothing_to_all_and_so_does_their_price(sharpness, price):
+    found = members(sharpness, price)
+    b = np.linspace(0.0, 1.0, 7)
+    share = member_shares(found, b)
+    assert share[[0, 3, 6]] == pytest.approx([0.0, 0.5, 1.0], abs=1e-12)
+    assert (np.diff(share) > 0).all()
+    cost, slope = member_price(found, share)
+    assert cost[[0, 6]] == pytest.approx([0.0, 1.0], abs=1e-12)
+    assert (cost >= share - 1e-12).all()
+    step = 1e-6
+    inner = b[1:-1]
+    few = members(sharpness, price, 5)
+    rise = (member_shares(few, inner + step) - member_shares(few, inner - step)) / (2 * step)
+    np.testing.assert_allclose(share_slope(few, inner), rise, rtol=1e-4, atol=1e-7)
+    ahead, back = (member_price(few, share[1:-1] + s * step)[0] for s in (1, -1))
+    np.testing.assert_allclose(slope[1:-1], (ahead - back) / (2 * step), rtol=1e-4, atol=1e-7)
+
+
+def field_of(value, spacing=0.5, size=20.0):
+    """Values of a function of points on a grid about the origin, from 0 to 1."""
+    axis = np.arange(-size, size + 0.5 * spacing, spacing)
+    points = np.array(np.meshgrid(axis, axis, axis, indexing="ij"))
+    values = np.clip(value(points), 0.0, 1.0)
+    return DensityGrid(origin=np.full(3, -size), spacing=spacing, values=values)
+
+
+def ball(points, centre, radius, blur=4.0):
+    return 0.5 + (radius - np.linalg.norm(points - np.reshape(centre, (3, 1, 1, 1)), axis=0)) / blur
+
+
+def test_bodies_lie_where_the_field_exceeds_a_half_without_crumbs():
+    """A ball of 8 mm holds its volume; one as small as nothing that is filtered is left out."""
+
+    def value(points):
+        return np.maximum(ball(points, (0, 0, 0), 8.0), ball(points, (13, 13, 13), 1.2))
+
+    found = solid_members(field_of(value), thickness=4.0)
+    assert found.count == 1
+    at = np.array([[0.0, 9.0, 13.0], [0.0, 0.0, 13.0], [0.0, 0.0, 13.0]])
+    inside, outside, crumb = found.distance(at, None)
+    # Triangles of 0.5 mm lie 0.5^2 / (8 * 8) = 0.004 mm within the ball.
+    assert (inside, outside) == pytest.approx((-8.0, 1.0), abs=0.02)
+    moved = solid_members(field_of(value), thickness=4.0, offset=0.3)
+    assert moved.distance(at, None) == pytest.approx(np.array([inside, outside, crumb]) - 0.3)
+    assert crumb > 4.0
+    assert solid_members(field_of(lambda p: ball(p, (13, 13, 13), 1.2)), thickness=4.0) is None
+    assert solid_members(field_of(lambda p: 0.4 + 0.0 * p[0]), thickness=4.0) is None
+
+
+def test_bodies_are_a_phase_of_their_own():
+    body = solid_members(field_of(lambda p: ball(p, (0, 0, 0), 8.0)), thickness=4.0)
+    domain = DesignDomain(
+        distance=lambda x: np.abs(x).max(axis=0) - 15.0, lower=(-15,) * 3, upper=(15,) * 3,
+        components=(body,),
+    )  # fmt: skip
+    points = np.array([[0.0, 14.0], [0.0, 0.0], [0.0, 0.0]])
+    assert phase_at(domain, points).tolist() == [MEMBER, LATTICE]
+    assert domain.facts()["solid_members"] == [{"count": 1, "least_thickness_mm": 4.0}]
+
+
+def cantilever():
+    """A slender beam of lattice under a transverse force, and the limit of its tip."""
+    mesh = box_part_mesh((40.0, 6.0, 10.0), 2.5)
+    space = tet_space(mesh, 2)
+    facets, _ = boundary_facets(mesh)
+    x = mesh.points[0][facets]
+    root, tip = facets[(x < 1e-9).all(axis=1)], facets[(x > 40 - 1e-9).all(axis=1)]
+    case = PartLoadCase(
+        name="load",
+        supports=supports_on(space, [(root, (0.0, 0.0, 0.0))]),
+        force=traction_force(space, tip, np.array([0.0, 0.0, -0.05])),
+        acceleration=(0.0, 0.0, 0.0),
+        temperature_change=0.0,
+    )
+    model = homogenised_model(space, np.zeros(space.element_count), MATERIAL, LAW, [case])
+    limit = DisplacementLimit(
+        key=LimitKey(kind="displacement", region="tip", load_case="load"), name="tip",
+        nodes=np.unique(facet_nodes(space, tip)), component=None, allowed=1.3,
+    )  # fmt: skip
+    filtered = cone_filter(centroids(mesh), model.volumes, 5.0)
+    return SizingProblem(model=model, limits=(limit,), bounds=(0.1, 0.6), filter=filtered)
+
+
+def test_members_are_lighter_than_lattice_alone():
+    """A flange of solid carries bending with less mass than any lattice of exponent 2."""
+    problem = cantilever()
+    alone = size(problem, max_iterations=30)
+    assert alone.feasible
+
+    points = centroids(problem.model.space.mesh)
+
+    def mean(field):
+        weights = problem.model.volumes
+        return cone_mean(points, weights, field.radius, field.variables, points)
+
+    def bodied(field):
+        # Depth below the surface, about, over the edge of a tetrahedron.
+        depth = field.radius * (mean(field) - 0.5) + field.offset
+        share = np.clip(0.5 + depth / 2.5, 0.0, 1.0)
+        return with_members(problem.model, share)
+
+    def sized(problem, start, most):
+        return size(problem, start=start, max_iterations=most)
+
+    found = size_members(problem, 3.0, None, sized, bodied)
+    assert found.feasible
+    assert found.history[-1].mass_g < 0.9 * alone.history[-1].mass_g
+    # Solid lies in the flanges, not about the neutral axis.
+    z = centroids(problem.model.space.mesh)[2]
+    solid = mean(found.members) > 0.5
+    assert np.abs(z[solid] - 5.0).mean() > 2.5
+
+
+def test_mass_of_members_is_counted_once():
+    """Lattice in what members leave, without what is solid in any case."""
+    problem = cantilever()
+    rng = np.random.default_rng(411)
+    passive = np.where(rng.uniform(size=problem.model.volumes.size) < 0.2, 0.3, 0.0)
+    model = replace(problem.model, solid_fraction=passive)
+    rho, share = (rng.uniform(0.1, 0.6, passive.size) for _ in range(2))
+    room = model.volumes * (1 - passive)
+    expected = MATERIAL.density * (room @ share + (room * (1 - share)) @ rho)
+    assert designed_mass(model, rho, share) == pytest.approx(expected, rel=1e-12)
+    whole = total_mass(with_members(model, share), rho)
+    assert whole - designed_mass(model, rho, share) == pytest.approx(
+        MATERIAL.density * (model.volumes @ passive), rel=1e-9
+    )
