@@ -905,7 +905,7 @@ def test_sizing_leaves_the_room_that_each_load_case_asks_for(monkeypatch):
     setup = SimpleNamespace(
         plan=SimpleNamespace(
             case=SimpleNamespace(
-                lattice=SimpleNamespace(by_stress=False),
+                lattice=SimpleNamespace(by_stress=False, least_member=None),
                 model_dump_json=lambda **_: "",
                 part=SimpleNamespace(element_size=1.0),
             )

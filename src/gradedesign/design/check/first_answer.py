@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gradedesign.common.system.progress import report_step
+from gradedesign.design.loop.designed import with_design
 from gradedesign.design.loop.iteration_steps import SizingPlan, design_filter, size_design
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.oriented import oriented
@@ -105,8 +106,9 @@ def first_answer(model: DesignModel) -> FirstAnswer:
         return answer
     model = with_size_effects(oriented(model))
     report_step("sizing")
-    part, settings = model.homogenised, SizingPlan(most_iterations=_SIZING_ITERATIONS)
+    settings = SizingPlan(most_iterations=_SIZING_ITERATIONS)
     sized = size_design(model, Correction(), {}, design_filter(model), settings)
+    part = with_design(model, sized.rho, sized.members).homogenised
     weights = part.lattice_volumes
     return replace(
         answer,

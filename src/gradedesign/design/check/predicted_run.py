@@ -175,6 +175,7 @@ def _work(
             remeshed_tets(case.run, planned, walls, density, plan.layout.typical) if explicit else 0
         ),
         iterations=case.run.max_iterations if explicit else 1,
+        members=case.lattice.members,
     )
 
 

@@ -116,9 +116,11 @@ class Announcer:
 
     def sizing_step(self, step: SizingStep) -> None:
         """Report one sizing iteration."""
+        lattice = step.mass_g - step.members_g
+        members = f" and solid members {step.members_g:.4g} g" if step.members_g else ""
         self.say(
             "sizing",
-            f"iteration {step.iteration + 1}: lattice {step.mass_g:.4g} g, density "
+            f"iteration {step.iteration + 1}: lattice {lattice:.4g} g{members}, density "
             f"{step.mean_density:.4f}, utilisation {step.utilisation:.1%}, "
             f"change {step.change:.2%}",
             mass_g=step.mass_g,

@@ -69,7 +69,7 @@ def with_design(
         layout = replace(layout, typical=cells.layout.typical)
         rotation = bond_matrix(cell_axes(layout, part.space))
         cells, part = replace(cells, layout=layout), replace(part, rotation=rotation)
-    thickness = spec.member_thickness
+    thickness = spec.least_member
     if members is not None and thickness is not None:
         mesh = part.space.mesh
         body = _bodies(part, members, thickness)

@@ -169,13 +169,14 @@ def size_design(
             problem, stated, start=start, max_iterations=most, keep=plan.keep, on_step=on_step
         )
 
-    if case.lattice.member_thickness is None:
+    thickness = case.lattice.least_member
+    if thickness is None:
         return sized(sizing, plan.start, most)
 
     def bodied(members: MemberField) -> HomogenisedModel:
         return with_design(model, sizing.model.volumes, members).homogenised
 
-    return size_members(sizing, case.lattice.member_thickness, plan.start, sized, bodied, on_step)
+    return size_members(sizing, thickness, plan.start, sized, bodied, on_step)
 
 
 def build_design(domain: DesignDomain, cells: CellChoice, grid: DensityGrid) -> LatticeDesign:

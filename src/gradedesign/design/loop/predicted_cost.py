@@ -16,6 +16,7 @@ from gradedesign.design.loop.iteration_steps import (
 )
 from gradedesign.design.resolve.least_density import USUAL_ITERATIONS
 from gradedesign.mechanics.explicit.tets import DOFS_PER_TET, solve_seconds
+from gradedesign.mechanics.sizing.size_members import STAGES
 
 #: Homogenised analyses beside sizing, counted in its iterations: prediction and correction.
 _LEARNING_SIZING_ITERATIONS = 2
@@ -48,6 +49,8 @@ class RunWork:
         Tetrahedra of the mesher of the acceptance: of the whole lattice, or of all submodels.
     iterations : int
         That the run may take at most.
+    members : bool
+        Whether sizing looks for solid members.
     """
 
     part_dofs: int
@@ -60,6 +63,7 @@ class RunWork:
     whole_s: float
     mesher_tets: int
     iterations: int
+    members: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -153,7 +157,7 @@ def predict_cost(
     learned : bool
         Whether ``speed`` comes from a finished iteration of the run itself.
     """
-    sizing = _sizing_seconds(work, speed, FIRST_SIZING_ITERATIONS[0])
+    sizing = _sizing_seconds(work, speed, _sizing_iterations_of(work, 0))
     mesh, solve = speed.mesh * work.explicit_mesh_s, speed.solve * work.explicit_solve_s
     remeshed = int(work.mesher_tets * DOFS_PER_TET)
     again = speed.solve * solve_seconds(remeshed, work.load_cases)
@@ -161,7 +165,9 @@ def predict_cost(
     whole = speed.solve * work.whole_s
     learning = _sizing_seconds(work, speed, _LEARNING_SIZING_ITERATIONS)
     iterations = min(USUAL_ITERATIONS, work.iterations)
-    sized = sum(_sizing_seconds(work, speed, _sizing_iterations_of(n)) for n in range(iterations))
+    sized = sum(
+        _sizing_seconds(work, speed, _sizing_iterations_of(work, n)) for n in range(iterations)
+    )
     accepted = min(_USUAL_ACCEPTANCES, iterations) * (whole + accept)
     return CostPrediction(
         part_dofs=work.part_dofs,
@@ -179,8 +185,10 @@ def predict_cost(
     )
 
 
-def _sizing_iterations_of(finished: int) -> int:
+def _sizing_iterations_of(work: RunWork, finished: int) -> int:
     """Sizing iterations of the iteration after ``finished`` ones."""
+    if work.members:
+        return sum(most for _, _, most in (STAGES[-1:] if finished else STAGES))
     return (
         FIRST_SIZING_ITERATIONS[finished]
         if finished < len(FIRST_SIZING_ITERATIONS)

@@ -58,6 +58,7 @@ def run_work(model: DesignModel) -> RunWork:
         whole_s=judged_seconds(planned, first, explicit.unknowns, case.run.memory, case.run.time),
         mesher_tets=remeshed_tets(case.run, planned, walls, density, cells.layout.typical),
         iterations=case.run.max_iterations,
+        members=case.lattice.members,
     )
 
 

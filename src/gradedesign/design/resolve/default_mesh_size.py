@@ -20,29 +20,30 @@ LEAST_DOFS, MOST_DOFS = 30_000, 200_000
 _STEP = 1.1
 
 
-def with_mesh_size(spec: PartSpec, part: Part, cell_size: float) -> PartSpec:
+def with_mesh_size(spec: PartSpec, part: Part, most: float) -> PartSpec:
     """``[part]`` with the edge of its tetrahedra, as stated or as `_default_mesh_size`."""
     if spec.mesh_size is not None:
         return spec
-    return _with(spec, _default_mesh_size(spec, part, cell_size))
+    return _with(spec, _default_mesh_size(spec, part, most))
 
 
-def _default_mesh_size(spec: PartSpec, part: Part, cell_size: float) -> float:
+def _default_mesh_size(spec: PartSpec, part: Part, most: float) -> float:
     """Edge of the part's tetrahedra, mm, two figures.
 
     Stress and displacement of the solid need elements that follow its thickness; densities vary
-    from cell to cell, so elements are no larger than those.
+    from cell to cell and members lie among them, so elements are no larger than those.
 
     Parameters
     ----------
     spec : PartSpec
         Without a mesh size.
-    cell_size : float, mm
+    most : float, mm
+        Largest edge.
     """
     a, b, c = np.moveaxis(corner_points(part.surface), 1, 0)
     area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
     thickness = 2.0 * part.volume / area
-    size = min(thickness / ACROSS, cell_size)
+    size = min(thickness / ACROSS, most)
     while least_part_dofs(_with(spec, size), part) < LEAST_DOFS:
         size /= _STEP
     while predicted_part_dofs(_with(spec, size), part) > MOST_DOFS and size < thickness:

@@ -40,9 +40,6 @@ from gradedesign.geometry.maps.orientation_schema import OrientationSpec
 _METHODS = ("lightest", "stress-to-density")
 #: What a place of the part may hold, beside what the case states to be solid.
 PHASES = ("lattice", "solid")
-#: Least thickness of solid members over the edge of a cell: thinner ones are struts. Chosen, not
-#: measured.
-_MEMBER = 0.25
 #: Quantities that may follow the density.
 GRADINGS = ("uniform", "level", "thickness", "size", "ratio")
 
@@ -124,7 +121,8 @@ class LatticeSpec(Table):
     """Phases that the part may hold: ["lattice"], or ["lattice", "solid"] for solid members among
     the cells wherever that is lighter."""
     least_member: Size | None = Field(default=None, examples=["5 mm"])
-    """Least thickness of solid members, mm; a quarter of a cell by default."""
+    """Least thickness of solid members, mm; a quarter of a cell by default, or one and a half
+    ``mesh_size`` where that is stated and larger."""
     size_effects: Annotated[bool, Flag()] = True
     """Size effect: the stiffness of walls with few cells between the part's free faces, where it
     can be computed; ``false`` only to compare with the periodic lattice."""
@@ -151,16 +149,9 @@ class LatticeSpec(Table):
         return self.method == _METHODS[1]
 
     @property
-    def member_thickness(self) -> float | None:
-        """Least thickness of solid members, mm; None where there are none."""
-        if "solid" not in self.phases:
-            return None
-        return self.least_member if self.least_member is not None else _MEMBER * self.cell_size
-
-    @property
-    def least_size(self) -> float:
-        """Least length that elements of the part must follow, mm: a cell, or a member."""
-        return min(self.cell_size, self.member_thickness or self.cell_size)
+    def members(self) -> bool:
+        """Whether sizing may make solid members."""
+        return PHASES[1] in self.phases
 
     @property
     def cell_size(self) -> float:
@@ -277,7 +268,7 @@ class LatticeSpec(Table):
 
     @model_validator(mode="after")
     def _members(self) -> LatticeSpec:
-        if self.member_thickness is None:
+        if not self.members:
             if self.least_member is not None:
                 raise key_error(
                     "least_member", 'has no meaning without phases = ["lattice", "solid"]'

@@ -29,8 +29,8 @@ log = logging.getLogger(__name__)
 class SizingStep:
     """One iteration of the history.
 
-    ``mass_g`` is that of the lattice and of solid members; ``utilisations`` are values over their
-    limits, in the problem's order.
+    ``mass_g`` is that of the lattice and of solid members, ``members_g`` that of these alone;
+    ``utilisations`` are values over their limits, in the problem's order.
     """
 
     iteration: int
@@ -38,6 +38,7 @@ class SizingStep:
     mean_density: float
     utilisations: tuple[float, ...]
     change: float
+    members_g: float = 0.0
 
     @property
     def utilisation(self) -> float:
@@ -118,6 +119,9 @@ def sizing_step(
         mean_density=float(weights @ rho / weights.sum()),
         utilisations=utilisations,
         change=change,
+        members_g=0.0
+        if share is None
+        else problem.model.material.density * float(weights @ share) * 1e6,
     )
 
 

@@ -16,7 +16,6 @@ from gradedesign.arrays import FloatArray
 from gradedesign.geometry.tets.tet_mesh import centroids
 from gradedesign.mechanics.sizing.analysed_step import analysed_step
 from gradedesign.mechanics.sizing.filter import cone_filter
-from gradedesign.mechanics.sizing.homogenised import total_mass
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel, filter_weights
 from gradedesign.mechanics.sizing.members import LEAST_MEMBER, MemberField, Members
 from gradedesign.mechanics.sizing.problem import (
@@ -143,8 +142,9 @@ def _step_of_bodies(
         effective=bodies.effective,
     )
     step = analysed_step(replace(problem, model=part), rho, number, 0.0)
-    passive = whole.material.density * float(whole.volumes @ whole.solid_fraction)
-    return replace(step, mass_g=(total_mass(part, rho) - passive) * 1e6)
+    added = float(whole.volumes @ (part.solid_fraction - whole.solid_fraction))
+    members = whole.material.density * added * 1e6
+    return replace(step, mass_g=step.mass_g + members, members_g=members)
 
 
 def _next_offset(offsets: list[float], off: list[float], thickness: float) -> float:

@@ -20,7 +20,7 @@ from gradedesign.mechanics.sizing.size import SizingProblem, SizingResult, Sizin
 
 KIND = "sizing"
 #: Fields of a step of the history that are one number, beside its own.
-_NUMBERS = ("mass_g", "mean_density", "change")
+_NUMBERS = ("mass_g", "mean_density", "change", "members_g")
 
 
 def stored_sizing(
