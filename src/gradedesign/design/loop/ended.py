@@ -204,7 +204,13 @@ def stuck(iterations: Sequence[DesignIteration]) -> bool:
     """Whether a design that breaks a limit equals the last one: no iteration changes it."""
     if len(iterations) < 2 or iterations[-1].summary.passed:
         return False
-    return bool(np.abs(iterations[-1].rho - iterations[-2].rho).max() < SAME_DENSITY)
+    last, before = iterations[-1], iterations[-2]
+    changes = [last.rho - before.rho]
+    if last.members is not None and before.members is not None:
+        changes.append(last.members.variables - before.members.variables)
+        if last.members.offset != before.members.offset:
+            return False
+    return all(bool(np.abs(change).max() < SAME_DENSITY) for change in changes)
 
 
 def counted(number: int, noun: str) -> str:

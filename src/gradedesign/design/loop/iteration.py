@@ -133,7 +133,8 @@ def run_iteration(
         variables=sized.variables,
         rho=sized.rho,
         members=sized.members,
-        at_lower_bound=_touches_lower_bound(sized.rho, weights, element_bounds(model.cells)[0]),
+        at_lower_bound=sized.members is None
+        and _touches_lower_bound(sized.rho, weights, element_bounds(model.cells)[0]),
         discrepancy=lesson.discrepancy,
         expected=expected_factors(lesson.rows, analysed.result.traction_residual),
     )
