@@ -749,6 +749,8 @@ OF_STATED = (
     M("[output]", "[run]\nstop_after = \"sizing\"\n[output]", "run.stop_after",
       'found "sizing", but the run of a stated density ends with its lattice',
       'expected "lattice"', at='stop_after = "sizing"'),
+    M("density = 0.3", "density = 0.3\nphases = [\"lattice\"]", "lattice.phases",
+      "says how the density is found, which is stated here", "leave it out"),
     M("density = 0.3", "density = 0.3\nmethod = \"lightest\"", "lattice.method",
       "says how the density is found, which is stated here", "leave it out"),
     M("density = 0.3", "density = 0.3\norientation = {load_case = \"pull\"}",

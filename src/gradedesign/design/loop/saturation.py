@@ -43,7 +43,8 @@ def saturated(
 
     Of a limit by gradient every density matters by its sensitivity: it is out of reach once all
     densities at their bounds would not gain enough. For the others those tetrahedra matter whose
-    own stress needs a higher density. Solid members can hold whatever the solid part holds. A limit that an earlier design held is within reach,
+    own stress needs a higher density. Solid members can hold whatever the solid part holds. A limit
+    that an earlier design held is within reach,
     whatever the model predicts now.
 
     Parameters

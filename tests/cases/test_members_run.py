@@ -1,0 +1,69 @@
+"""Solid members from the case to the printed file."""
+
+import json
+
+import meshio
+import numpy as np
+import pytest
+from small_parts import SHORT_BAR
+
+CASE = (
+    SHORT_BAR.replace('"4 mm"', '"1.7 mm"')
+    + """\
+[[load_case]]
+name = "shear"
+fix = [{region = "root"}]
+load = [{region = "tip", force = ["0 N", "0 N", "-100 N"]}]
+[limits]
+displacement = [{region = "tip", magnitude = "0.0125 mm"}]
+[lattice]
+cell = "gyroid-sheet"
+size = "8 mm"
+density = [0.3, 0.7]
+PHASES
+[run]
+RUN
+[output]
+formats = ["stl"]
+"""
+)
+MEMBERS = 'phases = ["lattice", "solid"]\nleast_member = "2.6 mm"'
+
+
+def ran(folder, cli, phases, run):
+    folder.mkdir()
+    text = CASE.replace("PHASES", phases).replace("RUN", run)
+    (folder / "case.toml").write_text(text, encoding="utf-8")
+    ended = cli("run", folder, "-o", folder / "r")
+    result = json.loads((folder / "r" / "result.json").read_text(encoding="utf-8"))
+    return result, ended
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_members_save_mass_and_are_in_the_printed_file(tmp_path, cli):
+    stop = 'stop_after = "lattice"'
+    members, ended = ran(tmp_path / "members", cli, MEMBERS, stop)
+    assert ended.code == 0, ended.out + ended.err
+    alone, _ = ran(tmp_path / "alone", cli, "", stop)
+    assert members["mass_g"] < 0.95 * alone["mass_g"]
+    (found,) = members["measures"]["solid_members"]
+    assert found["count"] >= 1
+    assert found["least_thickness_mm"] == 2.6
+    assert "solid_members" not in alone["measures"]
+    surface = meshio.read(tmp_path / "members" / "r" / "lattice.stl")
+    a, b, c = surface.points[surface.cells_dict["triangle"]].swapaxes(0, 1)
+    volume = float((a * np.cross(b, c)).sum() / 6.0)
+    # Ti-6Al-4V, 4.41e-3 g/mm^3; the mass of the homogenised part is right within a tenth.
+    assert volume * 4.41e-3 == pytest.approx(members["mass_g"], rel=0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("undrawn")
+def test_members_are_accepted_and_their_stress_is_a_row_of_its_own(tmp_path, cli):
+    stress = 'acceptance = "whole"\nmax_iterations = 6'
+    result, ended = ran(tmp_path / "case", cli, MEMBERS, stress)
+    assert ended.code == 0, ended.out + ended.err
+    assert result["status"] == "met"
+    assert result["printed"]["volumes_mm3"]["solid members"] > 0
+    last = result["iterations"][-1]["limits"][0]
+    assert abs(last["discrepancy"]) < 0.05
