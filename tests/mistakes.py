@@ -130,6 +130,28 @@ TYPED = (
 
 #: In cases of `check` and `run`.
 OF_CHECK = (
+    M("density = [0.2, 0.5]", 'density = [0.2, 0.5]\nphases = ["solid"]', "lattice.phases",
+      'found ["solid"]', 'expected "lattice" and no word twice, such as ["lattice", "solid"]'),
+    M("density = [0.2, 0.5]", 'density = [0.2, 0.5]\nphases = ["lattice", "void"]',
+      "lattice.phases", 'entry 2: found "void", not there yet', "available: lattice, solid"),
+    M("density = [0.2, 0.5]", 'density = [0.2, 0.5]\nphases = "lattice"', "lattice.phases",
+      'found "lattice"', 'expected ["lattice", "solid"]'),
+    M("density = [0.2, 0.5]", 'density = [0.2, 0.5]\nleast_member = "3 mm"',
+      "lattice.least_member", "has no meaning without",
+      'phases = ["lattice", "solid"]'),
+    M("density = [0.2, 0.5]",
+      'density = [0.2, 0.5]\nphases = ["lattice", "solid"]\ngrading = "uniform"',
+      "lattice.phases", 'grading = "uniform" makes lattice of one density alone',
+      'expected phases = ["lattice"], or another grading', at="phases"),
+    M("density = [0.2, 0.5]",
+      'density = [0.2, 0.5]\nphases = ["lattice", "solid"]\nleast_member = "3 mm"',
+      "lattice.least_member", "found 3 mm, which tetrahedra of 4 mm do not resolve",
+      "expected 6 mm at least, or [part] mesh_size of 2 mm"),
+    M(("density = [0.2, 0.5]", 'mesh_size = "4 mm"'),
+      ('density = [0.2, 0.5]\nphases = ["lattice", "solid"]\nleast_member = "2 mm"\n'
+       '[print]\nmin_wall = "3 mm"', 'mesh_size = "1 mm"'),
+      "lattice.least_member", "found 2 mm, less than the 3 mm of [print] min_wall",
+      "expected 3 mm at least", at="least_member"),
     M('"60 mm", "20 mm", "20 mm"', '"60", "20", "20"', "part.box",
       'entry 1: found "60" without a unit',
       'expected a length in quotes with its unit, for instance "60 mm"'),

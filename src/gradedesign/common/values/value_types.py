@@ -300,15 +300,16 @@ class Choices(Reader):
 
     words: tuple[str, ...]
     needed: str
+    planned: tuple[str, ...] = ()
 
     def read(self, value: object) -> tuple[str, ...]:
         """Convert ``["a", "b"]``."""
         if not isinstance(value, list) or not value:
             raise Refused(f"found {shown(value)}; expected {self._example()}")
-        words = [_entry(Choice(self.words), i, v) for i, v in enumerate(value)]
+        words = [_entry(Choice(self.words, self.planned), i, v) for i, v in enumerate(value)]
         if self.needed not in words or len(set(words)) < len(words):
             raise Refused(
-                f'found {shown(value)}; expected "{self.needed}" and no word twice, such as '
+                f'found {json.dumps(words)}; expected "{self.needed}" and no word twice, such as '
                 f"{self._example()}"
             )
         return tuple(word for word in self.words if word in words)

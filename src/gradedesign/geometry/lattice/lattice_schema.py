@@ -117,7 +117,9 @@ class LatticeSpec(Table):
     """lightest: the least mass under every limit, by gradients; stress-to-density: the plain way,
     the stress of the fully solid part mapped to density by the law and scaled until every limit
     holds, with ``acceptance = "whole"`` unless it is stated."""
-    phases: Annotated[tuple[str, ...], Choices(PHASES, needed="lattice")] = ("lattice",)
+    phases: Annotated[tuple[str, ...], Choices(PHASES, needed="lattice", planned=("void",))] = (
+        "lattice",
+    )
     """Phases that the part may hold: ["lattice"], or ["lattice", "solid"] for solid members among
     the cells wherever that is lighter."""
     least_member: Size | None = Field(default=None, examples=["5 mm"])
