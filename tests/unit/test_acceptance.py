@@ -172,7 +172,9 @@ def test_an_analysis_without_a_mesh_is_measured():
     assert by_phase["lattice"].value == by_phase["lattice"].worst_cell == 5.0
     assert by_phase["lattice"].share_above == pytest.approx(27 / (9 * 11 * 12))
     assert by_phase["passive solid"].value == 1.0
-    assert result.masses_g == pytest.approx({"lattice": 1.296, "skin": 0.0, "passive solid": 0.432})
+    assert result.masses_g == pytest.approx(
+        {"lattice": 1.296, "skin": 0.0, "passive solid": 0.432, "solid members": 0.0}
+    )
     assert result.exclusion.share == pytest.approx({"lattice": 1 / 12, "passive solid": 1 / 12})
     assert (result.volume, result.mesh_size) == (pytest.approx(SIDE**3), 2.0)
 

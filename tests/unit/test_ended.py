@@ -59,7 +59,6 @@ def verdict(monkeypatch):
     setup = SimpleNamespace(
         plan=SimpleNamespace(
             material=SimpleNamespace(density=1.0),
-            domain=SimpleNamespace(facts=dict),
             case=SimpleNamespace(print=None, lattice=None, part=SimpleNamespace(file=None)),
             part=SimpleNamespace(surface=None),
         ),
@@ -77,6 +76,7 @@ def verdict(monkeypatch):
         )  # fmt: skip
         analysed = SimpleNamespace(
             layout=layout,
+            design=SimpleNamespace(domain=SimpleNamespace(facts=dict)),
             result=SimpleNamespace(
                 solved=SimpleNamespace(
                     division=SimpleNamespace(refused=("a grid of 1 mm was refined",))
@@ -230,11 +230,14 @@ def test_no_sentence_is_made_of_a_limit_that_an_earlier_design_held(monkeypatch)
     monkeypatch.setattr(saturation, "element_bounds", lambda _: None)
     setup = lattice()
     setup.limits = (SimpleNamespace(key=row(1.0).key, scatter=1.0),)
-    held, broken = (SimpleNamespace(rows=(row(value),)) for value in (0.5, 36.0))
+    held, broken = (SimpleNamespace(rows=(row(value),), members=None) for value in (0.5, 36.0))
     assert "cannot reach the limit" in saturation.saturated(setup, [broken], {})
     assert "cannot reach the limit" in saturation.saturated(setup, [broken, broken], {})
     assert saturation.saturated(setup, [held, broken], {}) is None
     assert saturation.saturated(setup, [broken, held], {}) is None
+    # Members can become as solid as the part.
+    with_members = SimpleNamespace(rows=broken.rows, members=object())
+    assert saturation.saturated(setup, [with_members], {}) is None
 
 
 # --- resuming -------------------------------------------------------------------------------------

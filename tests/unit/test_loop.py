@@ -18,7 +18,7 @@ from gradedesign.design.loop import accepted as accepting
 from gradedesign.design.loop import accepted_rows, iteration_steps
 from gradedesign.design.loop import ended as ending
 from gradedesign.design.loop.announce import Announcer
-from gradedesign.design.loop.ended import TIGHT_END, Ended, NoTimeError
+from gradedesign.design.loop.ended import TIGHT_END, Ended, NoTimeError, stuck
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.iteration_row import Iteration
 from gradedesign.design.loop.left_designs import is_ready
@@ -35,6 +35,7 @@ from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.local_stress import StressLimit
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.mechanics.limits.verdict import all_hold, learned_factors, with_factors
+from gradedesign.mechanics.sizing.members import MemberField
 from gradedesign.mechanics.sizing.problem import SizingStep
 from gradedesign.program.store.stages import iteration_from_stage, iteration_to_stage
 
@@ -991,3 +992,19 @@ def test_a_stored_iteration_comes_back_whole():
     assert back.rows == done.rows
     assert (back.correction, back.discrepancy) == (done.correction, done.discrepancy)
     assert np.array_equal(back.rho, done.rho)
+    assert back.members is None
+    members = MemberField(np.array([0.0, 0.4, 1.0]), 3.0, offset=-0.2)
+    arrays, meta = iteration_to_stage(replace(done, members=members))
+    back = iteration_from_stage(arrays, json.loads(json.dumps(meta)))
+    assert np.array_equal(back.members.variables, members.variables)
+    assert (back.members.radius, back.members.offset) == (3.0, -0.2)
+
+
+def test_a_design_is_another_one_when_its_members_change():
+    one = replace(
+        an_iteration(1, 1.2, rho=0.3), members=MemberField(np.array([0.0, 0.4, 1.0]), 3.0)
+    )
+    other = replace(one.members, variables=np.array([0.0, 0.5, 1.0]))
+    assert stuck([one, one])
+    assert not stuck([one, replace(one, members=other)])
+    assert not stuck([one, replace(one, members=replace(one.members, offset=0.1))])
