@@ -13,7 +13,8 @@ from gradedesign.design.resolve.cell_choice import CellChoice, cell_axes
 from gradedesign.design.resolve.design_model import DesignModel, counted_solid
 from gradedesign.design.resolve.zoning import node_windows
 from gradedesign.geometry.contour.sample import grid_points
-from gradedesign.geometry.lattice.components.members import Members, solid_members
+from gradedesign.geometry.lattice.component import SolidComponent
+from gradedesign.geometry.lattice.components.members import solid_members
 from gradedesign.geometry.lattice.density_grid import DensityGrid, density_grid_from_elements
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.graded_map import wanted_size
@@ -83,7 +84,9 @@ def with_design(
     return replace(model, plan=plan, cells=cells, homogenised=part)
 
 
-def _bodies(part: HomogenisedModel, members: MemberField, thickness: float) -> Members | None:
+def _bodies(
+    part: HomogenisedModel, members: MemberField, thickness: float
+) -> SolidComponent | None:
     """Bodies of a field of members; None where it makes none."""
     report_step("surface of the solid members")
     mesh, spacing = part.space.mesh, thickness / _STEPS
