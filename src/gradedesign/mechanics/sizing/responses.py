@@ -88,7 +88,10 @@ def member_derivative(lattice_alone: HomogenisedModel, rho: FloatArray) -> Stiff
 
 
 def _response_gradient(
-    state: SolvedState, derivatives: Sequence[Stiffness], response: Response, adjoint: Solution
+    state: SolvedState,
+    derivatives: Sequence[Stiffness],
+    response: Response,
+    adjoint: Solution | None,
 ) -> FloatArray:
     """Derivative of one response by every variable of the design, ``(P,)``.
 
