@@ -3,11 +3,14 @@
 import subprocess
 
 import numpy as np
+import pytest
 from meshes import box_mesh, face, solve_one, uniform
 from oracles.calculix import needs_ccx
 
-from gradedesign.geometry.tets.tet_mesh import TetMesh
+from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
+from gradedesign.mechanics.fe.elastic_system import prepare_elastic
 from gradedesign.mechanics.fe.loads import pressure_force, resultant_load
+from gradedesign.mechanics.fe.natural_modes import natural_modes
 from gradedesign.mechanics.fe.space import tet_space
 from gradedesign.mechanics.fe.supports import supports_on
 
@@ -27,8 +30,8 @@ def bent_mesh():
     )
 
 
-def input_deck(space, force, fixed):
-    """Text of a CalculiX job."""
+def model_deck(space, fixed, density=None):
+    """Nodes, elements, material and supports of a CalculiX job, by line."""
     lines = ["*NODE"]
     lines += [f"{i + 1},{x:.12g},{y:.12g},{z:.12g}" for i, (x, y, z) in enumerate(space.nodes.T)]
     lines.append("*ELEMENT,TYPE=C3D10,ELSET=ALL")
@@ -37,7 +40,14 @@ def input_deck(space, force, fixed):
     lines += ["*MATERIAL,NAME=M", "*ELASTIC", f"{YOUNG},{POISSON}"]
     lines += ["*SOLID SECTION,ELSET=ALL,MATERIAL=M", "*BOUNDARY"]
     lines += [f"{node + 1},{c + 1},{c + 1}" for c, node in np.argwhere(fixed)]
-    lines += ["*STEP", "*STATIC", "*CLOAD"]
+    if density is not None:
+        lines.insert(lines.index("*MATERIAL,NAME=M") + 1, f"*DENSITY\n{density}")
+    return lines
+
+
+def input_deck(space, force, fixed):
+    """Text of a CalculiX job."""
+    lines = [*model_deck(space, fixed), "*STEP", "*STATIC", "*CLOAD"]
     # CalculiX reads at most 20 characters per number, and stops on very small ones.
     lines += [
         f"{node + 1},{c + 1},{force[c, node]:.10e}"
@@ -48,14 +58,19 @@ def input_deck(space, force, fixed):
     return "\n".join(lines) + "\n"
 
 
-def run_calculix(folder, deck, count):
-    """Displacements (3, N) from CalculiX."""
+def calculix_output(folder, deck):
+    """Lines of the numbers that CalculiX prints, in words."""
     (folder / "job.inp").write_text(deck)
     done = subprocess.run(
         ["ccx", "job"], cwd=folder, capture_output=True, text=True, timeout=120, check=False
     )
     assert done.returncode == 0, done.stdout[-2000:]
-    rows = [line.split() for line in (folder / "job.dat").read_text().splitlines()]
+    return [line.split() for line in (folder / "job.dat").read_text().splitlines()]
+
+
+def run_calculix(folder, deck, count):
+    """Displacements (3, N) from CalculiX."""
+    rows = calculix_output(folder, deck)
     table = np.array([[float(v) for v in r] for r in rows if len(r) == 4 and r[0].isdigit()])
     assert np.array_equal(table[:, 0], np.arange(1, count + 1))
     return table[:, 1:].T
@@ -76,3 +91,20 @@ def test_displacements_are_calculixs(tmp_path):
     reference = run_calculix(tmp_path, input_deck(space, force, held.fixed), space.node_count)
     # CalculiX prints seven digits.
     assert np.abs(u - reference).max() <= 1e-6 * np.abs(reference).max()
+
+
+@needs_ccx
+def test_natural_frequencies_are_calculixs(tmp_path):
+    mesh = bent_mesh()
+    space, density = tet_space(mesh), 2.7e-9
+    fixed = supports_on(space, [(face(mesh, 0, 0.0), (0.0, 0.0, 0.0))]).fixed
+    deck = "\n".join([*model_deck(space, fixed, density), "*STEP", "*FREQUENCY", "5", "*END STEP"])
+    rows = calculix_output(tmp_path, deck + "\n")
+    # Number of the mode, omega^2, omega, frequency, imaginary part.
+    modes = [row for row in rows if len(row) == 5 and row[0].isdigit()][:5]
+    system = prepare_elastic(space, uniform(space, YOUNG, POISSON))
+    masses = density * signed_volumes(mesh)
+    found = natural_modes(system, fixed, masses, 5, rtol=1e-5, name="test")
+    # CalculiX takes the mass at four points; it is exact here. With four points the frequencies of
+    # ARPACK on this stiffness are all its seven digits, 2e-5 above these at most.
+    assert found.frequencies == pytest.approx([float(row[3]) for row in modes], rel=3e-5)
