@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
 from pydantic import (
@@ -13,10 +13,9 @@ from pydantic import (
     model_validator,
 )
 
-from gradedesign.common.values.suggest import shown
 from gradedesign.common.values.table import Table, key_error
-from gradedesign.common.values.value_types import FilePath, Name, Refused
-from gradedesign.geometry.part.part_path import resolve_data_file
+from gradedesign.common.values.value_types import FilePath, Name
+from gradedesign.geometry.part.part_schema import data_file
 
 #: Depth of lists in lists, and entries of one option in all. A table of struts or formulas needs
 #: two levels and some thousand numbers; more is a mistake. Chosen, not measured.
@@ -42,16 +41,7 @@ class OwnCellSpec(Table):
     @field_validator("file", mode="before")
     @classmethod
     def _find_file(cls, value: Any, info: ValidationInfo) -> Path:
-        if not isinstance(value, str):
-            raise Refused(f'found {shown(value)}; expected a file name such as "cell.stl"')
-        context = info.context or {}
-        return resolve_data_file(
-            value,
-            folder=context.get("folder", Path.cwd()),
-            allow_outside=bool(context.get("allow_outside", False)),
-            # Which kinds are read is the maker's to say.
-            suffixes=(PurePosixPath(value).suffix.lower(),),
-        )
+        return data_file(value, info, "cell.stl")  # which kinds are read is the maker's to say
 
     @model_validator(mode="after")
     def _plain_options(self) -> OwnCellSpec:

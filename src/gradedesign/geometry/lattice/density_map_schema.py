@@ -8,7 +8,6 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from gradedesign.common.values.formula_text import FormulaText
-from gradedesign.common.values.suggest import shown
 from gradedesign.common.values.table import Table, key_error
 from gradedesign.common.values.value_types import (
     Choice,
@@ -20,7 +19,7 @@ from gradedesign.common.values.value_types import (
     Refused,
     Size,
 )
-from gradedesign.geometry.part.part_path import resolve_data_file, resolve_data_folder
+from gradedesign.geometry.part.part_schema import data_file, data_folder
 
 _SOURCES = ("formula", "voxels", "images", "points", "vtu")
 _SUFFIXES = {"voxels": (".npy",), "points": (".csv", ".txt", ".npy"), "vtu": (".vtu",)}
@@ -72,29 +71,13 @@ class DensityMapSpec(Table):
     @field_validator("voxels", "points", "vtu", mode="before")
     @classmethod
     def _find_file(cls, value: Any, info: ValidationInfo) -> Path:
-        name = str(info.field_name)
-        if not isinstance(value, str):
-            example = f"map{_SUFFIXES[name][0]}"
-            raise Refused(f'found {shown(value)}; expected a file name such as "{example}"')
-        context = info.context or {}
-        return resolve_data_file(
-            value,
-            folder=context.get("folder", Path.cwd()),
-            allow_outside=bool(context.get("allow_outside", False)),
-            suffixes=_SUFFIXES[name],
-        )
+        suffixes = _SUFFIXES[str(info.field_name)]
+        return data_file(value, info, f"map{suffixes[0]}", suffixes)
 
     @field_validator("images", mode="before")
     @classmethod
     def _find_folder(cls, value: Any, info: ValidationInfo) -> Path:
-        if not isinstance(value, str):
-            raise Refused(f'found {shown(value)}; expected a folder such as "slices"')
-        context = info.context or {}
-        return resolve_data_folder(
-            value,
-            folder=context.get("folder", Path.cwd()),
-            allow_outside=bool(context.get("allow_outside", False)),
-        )
+        return data_folder(value, info, "slices")
 
     @model_validator(mode="after")
     def _one_source(self) -> DensityMapSpec:

@@ -9,7 +9,6 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from gradedesign.common.values.formula_text import FormulaText
-from gradedesign.common.values.suggest import shown
 from gradedesign.common.values.table import Table, key_error
 from gradedesign.common.values.value_types import (
     FilePath,
@@ -20,7 +19,7 @@ from gradedesign.common.values.value_types import (
     Refused,
     three,
 )
-from gradedesign.geometry.part.part_path import resolve_data_file
+from gradedesign.geometry.part.part_schema import data_file
 
 _SOURCES = ("load_case", "direction", "vtu")
 _DIRECTION = ["cos(x / 30)", "sin(x / 30)", "0"]
@@ -67,15 +66,7 @@ class OrientationSpec(Table):
     @field_validator("vtu", mode="before")
     @classmethod
     def _find_file(cls, value: Any, info: ValidationInfo) -> Path:
-        if not isinstance(value, str):
-            raise Refused(f'found {shown(value)}; expected a file name such as "stress.vtu"')
-        context = info.context or {}
-        return resolve_data_file(
-            value,
-            folder=context.get("folder", Path.cwd()),
-            allow_outside=bool(context.get("allow_outside", False)),
-            suffixes=(".vtu",),
-        )
+        return data_file(value, info, "stress.vtu", (".vtu",))
 
     @model_validator(mode="after")
     def _one_source(self) -> OrientationSpec:

@@ -50,23 +50,14 @@ class RegionFacets:
     ----------
     facets : (k, 3) int array
         Vertex indices, counter-clockwise seen from outside.
-    owners : (k,) int array
-        The tetrahedron behind each facet.
     area : float, mm^2
-    centroid : (3,) array, mm
-        Zero if there are no facets.
     """
 
     facets: IntArray
-    owners: IntArray
     area: float
-    centroid: FloatArray
 
     def __post_init__(self) -> None:
-        for name, shape in (("facets", (None, 3)), ("owners", (None,))):
-            array = locked(getattr(self, name), shape, dtype=np.int64, name=name)
-            object.__setattr__(self, name, array)
-        lock(self, centroid=(3,))
+        lock(self, dtype=np.int64, facets=(None, 3))
 
 
 def mesh_part(
@@ -239,7 +230,7 @@ def region_facets(mesh: TetMesh, corners: ArrayLike, *, tolerance: float) -> Reg
     """
     triangles = locked(corners, (None, 3, 3), name="corners")
     tree = build_triangle_tree(triangles)
-    facets, owners = boundary_facets(mesh)
+    facets, _ = boundary_facets(mesh)
     a, b, c = (mesh.points[:, facets[:, k]] for k in range(3))
     vectors = 0.5 * np.cross(b - a, c - a, axis=0)
     areas = np.linalg.norm(vectors, axis=0)
@@ -253,9 +244,7 @@ def region_facets(mesh: TetMesh, corners: ArrayLike, *, tolerance: float) -> Reg
         & (cosine >= math.cos(math.radians(_FACET_ANGLE)) * areas)
         & (_beyond_border(triangles, normals, centres, nearest) <= BEYOND * np.sqrt(areas))
     )
-    area = float(areas[chosen].sum())
-    centroid = (centres * areas)[:, chosen].sum(axis=1) / area if area > 0.0 else np.zeros(3)
-    return RegionFacets(facets=facets[chosen], owners=owners[chosen], area=area, centroid=centroid)
+    return RegionFacets(facets=facets[chosen], area=float(areas[chosen].sum()))
 
 
 def check_region_area(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import isfinite
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
@@ -23,7 +23,11 @@ from gradedesign.common.values.value_types import (
     Vector,
 )
 from gradedesign.errors import CaseError
-from gradedesign.geometry.part.part_path import resolve_part_file
+from gradedesign.geometry.part.part_path import (
+    resolve_data_file,
+    resolve_data_folder,
+    resolve_part_file,
+)
 
 #: Ways of repair that need no plugin; the last one rebuilds the whole surface on a grid.
 REBUILD = "rebuild"
@@ -75,14 +79,42 @@ def part_file(value: object, info: ValidationInfo) -> Path:
     Refused, ValueError
         If it is no text, or no such file is allowed.
     """
+    return resolve_part_file(_named(value, 'a file name such as "bracket.stl"'), **_allowed(info))
+
+
+def data_file(
+    value: object, info: ValidationInfo, example: str, suffixes: tuple[str, ...] | None = None
+) -> Path:
+    """Path of a file of data that a case names; of any suffix without ``suffixes``.
+
+    Raises
+    ------
+    Refused, ValueError
+        If it is no text, or no such file is allowed.
+    """
+    text = _named(value, f'a file name such as "{example}"')
+    suffixes = suffixes or (PurePosixPath(text).suffix.lower(),)
+    return resolve_data_file(text, suffixes=suffixes, **_allowed(info))
+
+
+def data_folder(value: object, info: ValidationInfo, example: str) -> Path:
+    """Path of a folder of data that a case names; refused as `data_file` is."""
+    return resolve_data_folder(_named(value, f'a folder such as "{example}"'), **_allowed(info))
+
+
+def _named(value: object, expected: str) -> str:
     if not isinstance(value, str):
-        raise Refused(f'found {shown(value)}; expected a file name such as "bracket.stl"')
+        raise Refused(f"found {shown(value)}; expected {expected}")
+    return value
+
+
+def _allowed(info: ValidationInfo) -> dict[str, Any]:
+    """Where relative paths start, and whether files may lie elsewhere."""
     context = info.context or {}
-    return resolve_part_file(
-        value,
-        folder=context.get("folder", Path.cwd()),
-        allow_outside=bool(context.get("allow_outside", False)),
-    )
+    return {
+        "folder": context.get("folder", Path.cwd()),
+        "allow_outside": bool(context.get("allow_outside", False)),
+    }
 
 
 class PartSpec(Table):
