@@ -20,6 +20,7 @@ from gradedesign.mechanics.limits.verdict import (
     learned_factors,
     limit_rows,
     solid_breaks,
+    unsure_words,
 )
 
 CASE = """\
@@ -176,6 +177,11 @@ def test_a_slow_solid_part_is_no_end_for_a_lattice_may_be_faster():
     assert slow.broken
     assert not solid_breaks([slow])
     assert solid_breaks([slow, replace(slow, solid_is_best=True)])
+    (words,) = unsure_words([slow, limit().row(310.0, "solid part")])
+    assert words == (
+        "lowest natural frequency (pull) of the fully solid part is 200 Hz, less than the 300 Hz "
+        "that it must be at least: only a lattice that is light where it moves most can hold that"
+    )
 
 
 def test_a_limit_out_of_reach_names_the_frequency_of_the_solid_part():

@@ -25,10 +25,12 @@ from scipy.optimize import brentq
 
 from gradedesign.geometry.tets.tet_mesh import signed_volumes
 from gradedesign.mechanics.fe.elastic_system import prepare_elastic
+from gradedesign.mechanics.fe.multigrid_solver import MULTIGRID
 from gradedesign.mechanics.fe.natural_modes import ModeGoal, natural_modes
 from gradedesign.mechanics.fe.space import tet_space
 from gradedesign.mechanics.fe.supports import supports_on
 from gradedesign.mechanics.limits.banded import Residual, banded
+from gradedesign.mechanics.solver.direct import DIRECT
 
 #: Beams are of this: without lateral contraction a clamped end is what the theory takes it for.
 PLAIN = replace(STEEL, poissons_ratio=0.0)
@@ -113,6 +115,20 @@ def test_equal_modes_of_a_square_beam_are_both_found():
     found = tet_frequencies((100.0, 6.0, 6.0), (40, 2, 2), [(0, 0.0, (0.0,) * 3)], 3, PLAIN)
     first, second = beam_frequencies(6.0, 2)
     assert found == pytest.approx([first, first, second], rel=2e-3)
+
+
+def test_every_linear_solver_leads_to_the_same_frequencies():
+    mesh = box_mesh(BEAM, (30, 2, 2))
+    space = tet_space(mesh)
+    fixed = supports_on(space, [(face(mesh, 0, 0.0), (0.0, 0.0, 0.0))]).fixed
+    assert np.count_nonzero(~fixed) > MULTIGRID.least_unknowns
+    found = []
+    for solver in (MULTIGRID, DIRECT):
+        system = prepare_elastic(space, uniform(space, 70e3, 0.3), solver=solver)
+        masses = 2.7e-9 * signed_volumes(mesh)
+        modes = natural_modes(system, fixed, masses, 3, rtol=1e-6, name="test")
+        found.append(modes.frequencies)
+    assert found[0] == pytest.approx(found[1], rel=1e-9)
 
 
 def test_bending_of_a_clamped_beam_on_finite_cells():

@@ -195,7 +195,7 @@ DIMENSIONS: Mapping[str, Dimension] = MappingProxyType(
             "a frequency",
             "400 Hz",
             (1e-6, 1e9),
-            a={"Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "1/s": 1.0},
+            a={"Hz": 1.0, "kHz": 1e3, "rpm": 1.0 / 60.0},
         ),
         "memory": _dimension("an amount of memory", "8 GB", (1.0, 1e15), a=_MEMORY),
         "angle": _dimension(

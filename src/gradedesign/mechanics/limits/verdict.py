@@ -127,8 +127,15 @@ def solid_breaks(rows: Sequence[LimitRow]) -> bool:
 
 
 def unsure_words(solid: Sequence[LimitRow]) -> tuple[str, ...]:
-    """Warnings of limits that the fully solid part neither holds nor breaks for sure."""
-    return tuple(
+    """Warnings of limits that the fully solid part neither holds nor rules out for sure."""
+    slow = tuple(
+        f"{row.name} ({row.load_case}) of the fully solid part is {row.value:.4g} {row.unit}, less "
+        f"than the {row.limit:.4g} {row.unit} that it must be at least: only a lattice that is "
+        f"light where it moves most can hold that"
+        for row in solid
+        if row.broken and not row.solid_is_best
+    )
+    return slow + tuple(
         f"{row.name} ({row.load_case}): the band of {row.band.low:.4g} to {row.band.high:.4g} "
         f"{row.unit} of the fully solid part holds the limit of {row.limit:.4g} {row.unit}, so "
         f"that it is neither met nor broken for sure; a smaller part.mesh_size narrows the band"

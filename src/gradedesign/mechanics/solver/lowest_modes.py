@@ -190,13 +190,11 @@ def _best(block: _Block, ahead: _Block, step: _Block | None) -> tuple[_Block, _B
     weights, _ = _ritz([block, *others])
     k = len(block.x)
     weights = weights[:, :k]
-    start, moved = k, None
+    parts, start = [], k
     for other in others:
-        part = other.combined(weights[start : start + len(other.x)])
-        moved = part if moved is None else _sum(moved, part)
+        parts.append(other.combined(weights[start : start + len(other.x)]))
         start += len(other.x)
-    if moved is None:  # never: there is always a block ahead
-        moved = ahead
+    moved = parts[0] if step is None else _sum(*parts)
     return _sum(block.combined(weights[:k]), moved), moved
 
 
