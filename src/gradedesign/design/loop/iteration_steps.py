@@ -120,12 +120,15 @@ class SizingPlan:
         Utilisation of the limits that it aims at.
     keep : float
         Share of its start that every variable keeps at least.
+    bodies : bool
+        Whether shares of solid members become bodies.
     """
 
     most_iterations: int
     start: FloatArray | None = None
     target: float = TARGET
     keep: float = 0.0
+    bodies: bool = True
 
 
 def size_design(
@@ -176,7 +179,8 @@ def size_design(
     def bodied(members: MemberField) -> HomogenisedModel:
         return with_design(model, sizing.model.volumes, members).homogenised
 
-    return size_members(sizing, thickness, plan.start, sized, bodied, on_step)
+    made = bodied if plan.bodies else None
+    return size_members(sizing, thickness, plan.start, sized, made, on_step)
 
 
 def build_design(domain: DesignDomain, cells: CellChoice, grid: DensityGrid) -> LatticeDesign:

@@ -29,7 +29,7 @@ from gradedesign.mechanics.sizing.problem import (
 #: measured.
 STAGES = ((0.0, 0.0, 10), (3.0, 1.0, 8), (3.0, 4.0, 8), (3.0, 8.0, 8), (3.0, 16.0, 8))
 #: Share of solid that a first design begins with.
-_BEGINNING = 0.05
+_BEGINNING = 0.3
 #: Radius of the filter of members over their least thickness: a ball of that radius lies inside a
 #: member where its filtered variable is a half at the surface. Chosen, not measured.
 _RADIUS = 1.25
@@ -51,7 +51,7 @@ def size_members(
     thickness: float,
     start: FloatArray | None,
     sized: Sized,
-    bodied: Bodied,
+    bodied: Bodied | None,
     on_step: Callable[[SizingStep], None] | None = None,
 ) -> SizingResult:
     """The lightest lattice with solid members that holds every limit.
@@ -66,8 +66,8 @@ def size_members(
         Variables of an earlier design, with which only the last stage is repeated.
     sized : callable
         ``sized(problem, start, most iterations)``.
-    bodied : callable
-        The homogenised part with the bodies of a field of members.
+    bodied : callable or None
+        The homogenised part with the bodies of a field of members; None: shares are the result.
     on_step : callable, optional
         Receives the analyses of bodies; those of ``sized`` it receives there.
 
@@ -94,8 +94,8 @@ def size_members(
         result = sized(replace(problem, members=members), x, most)
         x = result.variables
         history += result.history
-    if result.members is None:
-        return result
+    if result.members is None or bodied is None:
+        return replace(result, history=tuple(history))
     found, step = _moved(problem, bodied, result, result.members, thickness, len(history), on_step)
     return replace(
         result,

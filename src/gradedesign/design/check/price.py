@@ -1,0 +1,159 @@
+"""The price of lattice: predicted masses of other bodies that hold the same limits.
+
+Each body is the case with other keys of ``[lattice]``, sized on the same homogenised part. Of solid
+and void nothing is built: its void is a lattice of hardly any stiffness and mass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from gradedesign.common.system.progress import report_step
+from gradedesign.design.loop.iteration_steps import (
+    SizingPlan,
+    design_filter,
+    size_design,
+)
+from gradedesign.design.resolve.design_model import DesignModel
+from gradedesign.design.resolve.member_size import with_member_size
+from gradedesign.errors import GradeDesignError
+from gradedesign.geometry.lattice.lattice_schema import PHASES
+from gradedesign.mechanics.explicit.correction import Correction
+from gradedesign.mechanics.material.law_field import LawField
+from gradedesign.mechanics.material.power_law import power_law
+from gradedesign.mechanics.material.scaling_law import LawOrigin
+
+#: Relative density, and relative stiffness, of void: a hundredth of what light lattice has, so that
+#: no load goes through it, and enough for systems to stay well conditioned.
+_VOID = 1e-4
+_VOID_LAW = power_law(
+    "void", ("void",), youngs=(1.0, 1.0), window=(0.5 * _VOID, 1.0),
+    origin=LawOrigin(kind="fe", source="not a lattice", test="none"),
+)  # fmt: skip
+#: Sizing iterations of every body. Chosen, not measured.
+_ITERATIONS = 20
+#: A body is lighter than another where its mass is by this share less: less is scatter.
+_LIGHTER = 0.02
+
+#: Keys of ``[lattice]`` of other bodies.
+_SIZE = "least_member"
+_ALONE = {"method": "lightest", "phases": PHASES[:1], _SIZE: None}
+_MEMBERS = {"method": "lightest", "phases": PHASES}
+_OTHERS: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("uniform lattice", {**_ALONE, "grading": "uniform"}),
+    ("stress mapped to density", {**_ALONE, "method": "stress-to-density"}),
+    ("graded lattice", _ALONE),
+    ("lattice and solid", _MEMBERS),
+)
+#: Keys by which a case asks for them.
+_KEYS = {
+    "uniform lattice": 'grading = "uniform"',
+    "stress mapped to density": 'method = "stress-to-density"',
+    "graded lattice": 'method = "lightest" with grading = "level"',
+    "lattice and solid": 'phases = ["lattice", "solid"]',
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PricedBody:
+    """A body that holds the limits of a case, as the homogenised part predicts it.
+
+    Attributes
+    ----------
+    mass_g : float or None
+        With what is solid in any case; None where there is none.
+    utilisation : float or None
+        Of the most used limit.
+    asked : bool
+        Whether it is the one that the case asks for.
+    note : str
+        Why there is none, or what it leaves out.
+    """
+
+    name: str
+    mass_g: float | None
+    utilisation: float | None
+    asked: bool = False
+    note: str = ""
+
+
+def price_of_lattice(model: DesignModel) -> tuple[PricedBody, ...]:
+    """Predicted masses of other bodies, and of the one that the case asks for, at its limits.
+
+    Parameters
+    ----------
+    model : DesignModel
+        With its size effects.
+    """
+    part = model.homogenised
+    spec = model.plan.case.lattice
+    solid = part.material.density * float(part.volumes.sum()) * 1e6
+    used = max((row.utilisation for row in model.solid), default=None)
+    bodies = [PricedBody(name="part as modelled", mass_g=solid, utilisation=used)]
+    for name, keys in _OTHERS:
+        changed = {"grading": "level", **keys} if spec.grading == "uniform" else keys
+        asked = all(getattr(spec, k) == value for k, value in changed.items() if k != _SIZE)
+        bodies.append(_priced(model, name, changed, asked=asked))
+    void = replace(
+        model,
+        homogenised=replace(
+            part, law=LawField(laws=(_VOID_LAW,)), walls=None, effective=None, cut_share=None
+        ),
+        cells=replace(model.cells, bounds=(0.9 * _VOID, _VOID), zoning=None),
+        limits=tuple(limit for limit in model.limits if not limit.needs_stress),
+    )
+    note = "by stiffness alone, before it is cut into members that print"
+    found = _priced(void, "solid and void", _MEMBERS, asked=False, bodies=False)
+    bodies.append(replace(found, note=found.note or note))
+    return tuple(bodies)
+
+
+def _priced(
+    model: DesignModel, name: str, keys: dict[str, Any], *, asked: bool, bodies: bool = True
+) -> PricedBody:
+    """One body, sized; without a mass where the case cannot have it."""
+    report_step(f"sizing: {name}")
+    plan, case = model.plan, model.plan.case
+    try:
+        spec = with_member_size(
+            case.lattice.model_copy(update=keys), case.part, case.print, case.where
+        )
+        other = replace(model, plan=replace(plan, case=case.model_copy(update={"lattice": spec})))
+        settings = SizingPlan(most_iterations=_ITERATIONS, target=1.0, bodies=bodies)
+        sized = size_design(other, Correction(), {}, design_filter(other), settings)
+    except GradeDesignError as error:
+        return PricedBody(name=name, mass_g=None, utilisation=None, asked=asked, note=str(error))
+    part, last = model.homogenised, sized.history[-1]
+    passive = part.material.density * float(part.volumes @ part.solid_fraction) * 1e6
+    return PricedBody(
+        name=name,
+        mass_g=passive + last.mass_g,
+        utilisation=last.utilisation,
+        asked=asked,
+        note="" if sized.feasible else "a limit is broken",
+    )
+
+
+def why_lattice(bodies: Sequence[PricedBody]) -> str:
+    """One sentence on the body that the case asks for beside the lightest that holds."""
+    holding = {b.name: b for b in bodies if b.mass_g is not None and not (b.utilisation or 0) > 1.0}
+    own = next((body for body in bodies if body.asked), None)
+    if own is None or own.mass_g is None:
+        return ""
+    filled = [b for name, b in holding.items() if name != "solid and void" and not b.asked]
+    lightest = min(filled, key=lambda b: b.mass_g or 0.0, default=own)
+    words = ""
+    if lightest.mass_g is not None and lightest.mass_g < (1 - _LIGHTER) * own.mass_g:
+        words = (
+            f"{lightest.name} would weigh {1 - lightest.mass_g / own.mass_g:.0%} less: "
+            f"{_KEYS[lightest.name]}. "
+        )
+    void = holding.get("solid and void")
+    if void is not None and void.mass_g is not None and void.mass_g < own.mass_g:
+        words += (
+            f"Without cells, solid and void would weigh {1 - void.mass_g / own.mass_g:.0%} less by "
+            f"stiffness alone: lattice is there because the body is to stay filled."
+        )
+    return words or "no other body that was looked at is lighter at these limits."
