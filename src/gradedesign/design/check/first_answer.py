@@ -7,6 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gradedesign.common.system.progress import report_step
+from gradedesign.design.check.price import (
+    SIZING_ITERATIONS,
+    PricedBody,
+    price_of_lattice,
+    why_lattice,
+)
 from gradedesign.design.loop.designed import with_design
 from gradedesign.design.loop.iteration_steps import SizingPlan, design_filter, size_design
 from gradedesign.design.resolve.design_model import DesignModel
@@ -21,9 +27,6 @@ from gradedesign.mechanics.material.constant_density import (
     density_for_strength,
 )
 from gradedesign.mechanics.sizing.homogenised import total_mass
-
-#: Iterations of the sizing: as in the second one of the loop, whose mass changes little after.
-_SIZING_ITERATIONS = 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,6 +67,8 @@ class FirstAnswer:
         Largest predicted utilisation of a limit.
     yields : tuple of str
         Warning that the fully solid part yields away from supports.
+    bodies : tuple of PricedBody
+        Other bodies that hold the same limits, and the one that the case asks for.
     """
 
     constant: tuple[ConstantDensity, ...]
@@ -71,11 +76,17 @@ class FirstAnswer:
     sized_density: float | None = None
     sized_utilisation: float | None = None
     yields: tuple[str, ...] = ()
+    bodies: tuple[PricedBody, ...] = ()
 
     @property
     def feasible(self) -> bool:
         """Whether the fully solid part may hold every limit; a run ends infeasible where not."""
         return not solid_breaks([answer.row for answer in self.constant])
+
+    @property
+    def why_lattice(self) -> str:
+        """One sentence on the body that the case asks for beside the others."""
+        return why_lattice(self.bodies)
 
     @property
     def governing(self) -> ConstantDensity | None:
@@ -106,7 +117,7 @@ def first_answer(model: DesignModel) -> FirstAnswer:
         return answer
     model = with_size_effects(oriented(model))
     report_step("sizing")
-    settings = SizingPlan(most_iterations=_SIZING_ITERATIONS)
+    settings = SizingPlan(most_iterations=SIZING_ITERATIONS, target=1.0)
     sized = size_design(model, Correction(), {}, design_filter(model), settings)
     part = with_design(model, sized.rho, sized.members).homogenised
     weights = part.lattice_volumes
@@ -115,6 +126,7 @@ def first_answer(model: DesignModel) -> FirstAnswer:
         sized_mass_g=total_mass(part, sized.rho) * 1e6,
         sized_density=float(weights @ sized.rho / weights.sum()),
         sized_utilisation=sized.history[-1].utilisation,
+        bodies=price_of_lattice(model),
     )
 
 

@@ -32,21 +32,24 @@ _VOID_LAW = power_law(
     "void", ("void",), youngs=(1.0, 1.0), window=(0.5 * _VOID, 1.0),
     origin=LawOrigin(kind="fe", source="not a lattice", test="none"),
 )  # fmt: skip
-#: Sizing iterations of every body. Chosen, not measured.
-_ITERATIONS = 20
+#: Sizing iterations of every body: as in the second one of the loop, whose mass changes little
+#: after.
+SIZING_ITERATIONS = 20
 #: A body is lighter than another where its mass is by this share less: less is scatter.
 _LIGHTER = 0.02
 
-#: Keys of ``[lattice]`` of other bodies.
+#: Keys of ``[lattice]`` of bodies.
 _SIZE = "least_member"
 _ALONE = {"method": "lightest", "phases": PHASES[:1], _SIZE: None}
-_MEMBERS = {"method": "lightest", "phases": PHASES}
-_OTHERS: tuple[tuple[str, dict[str, Any]], ...] = (
-    ("uniform lattice", {**_ALONE, "grading": "uniform"}),
-    ("stress mapped to density", {**_ALONE, "method": "stress-to-density"}),
-    ("graded lattice", _ALONE),
-    ("lattice and solid", _MEMBERS),
-)
+_VOID_BODY = "solid and void"
+_BODIES: dict[str, dict[str, Any]] = {
+    "uniform lattice": {**_ALONE, "grading": "uniform"},
+    "stress mapped to density": {**_ALONE, "method": "stress-to-density"},
+    "graded lattice": _ALONE,
+    "lattice and solid": {"method": "lightest", "phases": PHASES},
+    _VOID_BODY: {"method": "lightest", "phases": PHASES},
+}
+_NOTES = {_VOID_BODY: "by stiffness alone, before it is cut into members that print"}
 #: Keys by which a case asks for them.
 _KEYS = {
     "uniform lattice": 'grading = "uniform"',
@@ -87,52 +90,58 @@ def price_of_lattice(model: DesignModel) -> tuple[PricedBody, ...]:
     model : DesignModel
         With its size effects.
     """
-    part = model.homogenised
-    spec = model.plan.case.lattice
-    solid = part.material.density * float(part.volumes.sum()) * 1e6
+    part, plan, case = model.homogenised, model.plan, model.plan.case
+    density = part.material.density * 1e6
+    passive = density * float(part.volumes @ part.solid_fraction)
     used = max((row.utilisation for row in model.solid), default=None)
+    solid = density * float(part.volumes.sum())
     bodies = [PricedBody(name="part as modelled", mass_g=solid, utilisation=used)]
-    for name, keys in _OTHERS:
-        changed = {"grading": "level", **keys} if spec.grading == "uniform" else keys
-        asked = all(getattr(spec, k) == value for k, value in changed.items() if k != _SIZE)
-        bodies.append(_priced(model, name, changed, asked=asked))
-    void = replace(
-        model,
-        homogenised=replace(
-            part, law=LawField(laws=(_VOID_LAW,)), walls=None, effective=None, cut_share=None
-        ),
-        cells=replace(model.cells, bounds=(0.9 * _VOID, _VOID), zoning=None),
-        limits=tuple(limit for limit in model.limits if not limit.needs_stress),
-    )
-    note = "by stiffness alone, before it is cut into members that print"
-    found = _priced(void, "solid and void", _MEMBERS, asked=False, bodies=False)
-    bodies.append(replace(found, note=found.note or note))
+    for name, keys in _BODIES.items():
+        if case.lattice.grading == "uniform":
+            keys = {"grading": "level", **keys}
+        asked = name != _VOID_BODY and all(
+            getattr(case.lattice, key) == value for key, value in keys.items() if key != _SIZE
+        )
+        report_step(f"sizing: {name}")
+        try:
+            other = _as_void(model) if name == _VOID_BODY else model
+            lattice = case.lattice.model_copy(update=keys)
+            lattice = with_member_size(lattice, case.part, case.print, case.where)
+            case_of_it = case.model_copy(update={"lattice": lattice})
+            other = replace(other, plan=replace(plan, case=case_of_it))
+            settings = SizingPlan(
+                most_iterations=SIZING_ITERATIONS, target=1.0, bodies=name != _VOID_BODY
+            )
+            sized = size_design(other, Correction(), {}, design_filter(other), settings)
+        except GradeDesignError as error:
+            bodies.append(
+                PricedBody(name=name, mass_g=None, utilisation=None, asked=asked, note=str(error))
+            )
+            continue
+        last = sized.history[-1]
+        bodies.append(
+            PricedBody(
+                name=name,
+                mass_g=passive + last.mass_g,
+                utilisation=last.utilisation,
+                asked=asked,
+                note=_NOTES.get(name, "") if sized.feasible else "a limit is broken",
+            )
+        )
     return tuple(bodies)
 
 
-def _priced(
-    model: DesignModel, name: str, keys: dict[str, Any], *, asked: bool, bodies: bool = True
-) -> PricedBody:
-    """One body, sized; without a mass where the case cannot have it."""
-    report_step(f"sizing: {name}")
-    plan, case = model.plan, model.plan.case
-    try:
-        spec = with_member_size(
-            case.lattice.model_copy(update=keys), case.part, case.print, case.where
-        )
-        other = replace(model, plan=replace(plan, case=case.model_copy(update={"lattice": spec})))
-        settings = SizingPlan(most_iterations=_ITERATIONS, target=1.0, bodies=bodies)
-        sized = size_design(other, Correction(), {}, design_filter(other), settings)
-    except GradeDesignError as error:
-        return PricedBody(name=name, mass_g=None, utilisation=None, asked=asked, note=str(error))
-    part, last = model.homogenised, sized.history[-1]
-    passive = part.material.density * float(part.volumes @ part.solid_fraction) * 1e6
-    return PricedBody(
-        name=name,
-        mass_g=passive + last.mass_g,
-        utilisation=last.utilisation,
-        asked=asked,
-        note="" if sized.feasible else "a limit is broken",
+def _as_void(model: DesignModel) -> DesignModel:
+    """The model whose cells hold nothing, without limits on their stress."""
+    part = replace(
+        model.homogenised, law=LawField(laws=(_VOID_LAW,)), walls=None, effective=None,
+        cut_share=None,
+    )  # fmt: skip
+    return replace(
+        model,
+        homogenised=part,
+        cells=replace(model.cells, bounds=(0.9 * _VOID, _VOID), zoning=None),
+        limits=tuple(limit for limit in model.limits if not limit.needs_stress),
     )
 
 
@@ -142,7 +151,7 @@ def why_lattice(bodies: Sequence[PricedBody]) -> str:
     own = next((body for body in bodies if body.asked), None)
     if own is None or own.mass_g is None:
         return ""
-    filled = [b for name, b in holding.items() if name != "solid and void" and not b.asked]
+    filled = [b for name, b in holding.items() if name != _VOID_BODY and not b.asked]
     lightest = min(filled, key=lambda b: b.mass_g or 0.0, default=own)
     words = ""
     if lightest.mass_g is not None and lightest.mass_g < (1 - _LIGHTER) * own.mass_g:
@@ -150,7 +159,7 @@ def why_lattice(bodies: Sequence[PricedBody]) -> str:
             f"{lightest.name} would weigh {1 - lightest.mass_g / own.mass_g:.0%} less: "
             f"{_KEYS[lightest.name]}. "
         )
-    void = holding.get("solid and void")
+    void = holding.get(_VOID_BODY)
     if void is not None and void.mass_g is not None and void.mass_g < own.mass_g:
         words += (
             f"Without cells, solid and void would weigh {1 - void.mass_g / own.mass_g:.0%} less by "

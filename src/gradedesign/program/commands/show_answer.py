@@ -37,6 +37,17 @@ def answer_data(answer: FirstAnswer) -> dict[str, Any]:
             "mean_density": answer.sized_density,
             "largest_utilisation": answer.sized_utilisation,
         },
+        "bodies": [
+            {
+                "name": body.name,
+                "mass_g": body.mass_g,
+                "largest_utilisation": body.utilisation,
+                "asked": body.asked,
+                "note": body.note or None,
+            }
+            for body in answer.bodies
+        ],
+        "why_lattice": answer.why_lattice or None,
     }
 
 
@@ -75,7 +86,28 @@ def print_answer(answer: FirstAnswer) -> None:
     if not answer.feasible:
         print_text(f"INFEASIBLE: {_why_infeasible(answer)}", hang=2)
         return
+    _print_bodies(answer)
     print_text("no lattice was analysed: a run judges these limits on the printed solid", hang=2)
+
+
+def _print_bodies(answer: FirstAnswer) -> None:
+    """Print what other bodies would weigh."""
+    print_table(
+        "Bodies that hold the same limits, predicted on the homogenised part",
+        ("body", "mass g", "most used limit", "asked for", "note"),
+        [
+            (
+                body.name,
+                "none" if body.mass_g is None else f"{body.mass_g:.4g}",
+                "" if body.utilisation is None else f"{body.utilisation:.1%}",
+                "yes" if body.asked else "",
+                body.note,
+            )
+            for body in answer.bodies
+        ],
+    )
+    if answer.why_lattice:
+        print_text(answer.why_lattice, hang=2)
 
 
 def _why_infeasible(answer: FirstAnswer) -> str:
