@@ -37,7 +37,6 @@ ALLOWED = {
     "gradedesign.design.acceptance.body_comparison.BodyComparison": "result.json, printed",
     "gradedesign.mechanics.explicit.measures.StressMeasure": "result.json, measures",
     "gradedesign.design.printing.voids.Voids": "result.json, printability",
-    "gradedesign.design.verdict.stress_numbers.PhaseStress": "report.html",
     # Evidence that a solution balances, which tests compare with other programs.
     "gradedesign.mechanics.fe.solution.Solution.reaction": "tests/verification",
     # Interfaces for code of others.

@@ -82,6 +82,26 @@ def test_constant_densities_invert_the_law(cli, tmp_path):
     assert sized["mean_density"] == pytest.approx(sized["mass_g"] / 17.28)
 
 
+def test_other_bodies_at_the_same_limits_have_their_price(cli, tmp_path):
+    """A shear beam, where grading and solid members pay; bodies of more freedom weigh less."""
+    text = CASE.format(force=300, size_effects="false")
+    text = text.replace('["300 N", "0 N", "0 N"]', '["0 N", "0 N", "-300 N"]')
+    (tmp_path / "case.toml").write_text(text.replace('"6 mm"', '"3 mm"'))
+    ended = cli("check", tmp_path, "--estimate", "--no-picture", "--json")
+    found = json.loads(ended.out)["first_answer"]
+    bodies = {body["name"]: body for body in found["bodies"]}
+    names = ("part as modelled", "uniform lattice", "graded lattice", "lattice and solid",
+             "solid and void")  # fmt: skip
+    masses = [bodies[name]["mass_g"] for name in names]
+    assert masses == sorted(masses, reverse=True)
+    assert masses[0] == pytest.approx(24 * 144 * 5e-3)
+    assert [name for name, body in bodies.items() if body["asked"]] == ["graded lattice"]
+    assert bodies["graded lattice"]["mass_g"] == pytest.approx(found["sized"]["mass_g"])
+    for name in names[1:]:
+        assert 0.9 < bodies[name]["largest_utilisation"] <= 1.0
+    assert 'phases = ["lattice", "solid"]' in found["why_lattice"]
+
+
 def test_what_no_density_meets_has_a_reason(cli, tmp_path):
     rows = answer(cli, tmp_path, 14000, code=4)["constant_density"]
     assert [row["density"] for row in rows if row["limit"].startswith("stress")] == [None]

@@ -95,6 +95,15 @@ def price_of_lattice(model: DesignModel) -> tuple[PricedBody, ...]:
     passive = density * float(part.volumes @ part.solid_fraction)
     used = max((row.utilisation for row in model.solid), default=None)
     solid = density * float(part.volumes.sum())
+    # Cells that hold nothing, without limits on their stress.
+    void = replace(
+        model,
+        homogenised=replace(
+            part, law=LawField(laws=(_VOID_LAW,)), walls=None, effective=None, cut_share=None
+        ),
+        cells=replace(model.cells, bounds=(0.9 * _VOID, _VOID), zoning=None),
+        limits=tuple(limit for limit in model.limits if not limit.needs_stress),
+    )
     bodies = [PricedBody(name="part as modelled", mass_g=solid, utilisation=used)]
     for name, keys in _BODIES.items():
         if case.lattice.grading == "uniform":
@@ -104,7 +113,7 @@ def price_of_lattice(model: DesignModel) -> tuple[PricedBody, ...]:
         )
         report_step(f"sizing: {name}")
         try:
-            other = _as_void(model) if name == _VOID_BODY else model
+            other = model if name != _VOID_BODY else void
             lattice = case.lattice.model_copy(update=keys)
             lattice = with_member_size(lattice, case.part, case.print, case.where)
             case_of_it = case.model_copy(update={"lattice": lattice})
@@ -129,20 +138,6 @@ def price_of_lattice(model: DesignModel) -> tuple[PricedBody, ...]:
             )
         )
     return tuple(bodies)
-
-
-def _as_void(model: DesignModel) -> DesignModel:
-    """The model whose cells hold nothing, without limits on their stress."""
-    part = replace(
-        model.homogenised, law=LawField(laws=(_VOID_LAW,)), walls=None, effective=None,
-        cut_share=None,
-    )  # fmt: skip
-    return replace(
-        model,
-        homogenised=part,
-        cells=replace(model.cells, bounds=(0.9 * _VOID, _VOID), zoning=None),
-        limits=tuple(limit for limit in model.limits if not limit.needs_stress),
-    )
 
 
 def why_lattice(bodies: Sequence[PricedBody]) -> str:
