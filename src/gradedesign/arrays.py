@@ -11,6 +11,7 @@ Units are mm, N, MPa, t/mm^3.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -22,6 +23,26 @@ BoolArray: TypeAlias = NDArray[np.bool_]
 
 #: An implicit field: points (3, ...) in mm (or cell units) to values (...), negative inside.
 Field: TypeAlias = Callable[[FloatArray], FloatArray]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LipschitzField:
+    """An implicit field whose slope has a known bound, called as any other field.
+
+    Attributes
+    ----------
+    values : callable
+        Points ``(3, ...)`` in mm to values ``(...)``, negative inside.
+    constant : float
+        ``|f(a) - f(b)| <= constant |a - b|`` for any two points: 1 of a signed distance in mm.
+    """
+
+    values: Field
+    constant: float
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        """Values at points."""
+        return self.values(points)
 
 
 def locked(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.arrays import Field, FloatArray
+from gradedesign.arrays import FloatArray, LipschitzField
 from gradedesign.geometry.triangles.grid_classifier import (
     GridClassifier,
     build_classifier,
@@ -37,7 +37,7 @@ def surface_search(surface: SurfaceMesh) -> SurfaceSearch:
     return SurfaceSearch(tree=build_triangle_tree(corner_points(surface)), classifier=classifier)
 
 
-def printed_field(surface: SurfaceMesh, band: float) -> Field:
+def printed_field(surface: SurfaceMesh, band: float) -> LipschitzField:
     """Signed distance to a closed surface, cut off at a band: negative inside, mm.
 
     Exact within ``band`` of the surface; beyond, ``band`` with the sign, a lower bound of the
@@ -54,9 +54,9 @@ def printed_field(surface: SurfaceMesh, band: float) -> Field:
 
     Returns
     -------
-    callable
-        Points ``(3, ...)`` in mm to distances ``(...)`` in mm; threaded, the same for any number
-        of threads. Neighbouring points are faster in one call, in the order of a grid.
+    LipschitzField
+        Of constant 1, in mm; threaded, the same for any number of threads. Neighbouring points are
+        faster in one call, in the order of a grid.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def printed_field(surface: SurfaceMesh, band: float) -> Field:
     return field_within(surface_search(surface), band)
 
 
-def field_within(search: SurfaceSearch, band: float) -> Field:
+def field_within(search: SurfaceSearch, band: float) -> LipschitzField:
     """Signed distance as `printed_field`, from a search that several bands share."""
     if not (band > 0 and np.isfinite(band)):
         raise ValueError(f"a band of {band:g} mm knows no distance; use a positive one")
@@ -81,4 +81,4 @@ def field_within(search: SurfaceSearch, band: float) -> Field:
         np.negative(value, out=value, where=winding_at(classifier, flat, value) > 0)
         return value.reshape(points.shape[1:])
 
-    return distance
+    return LipschitzField(values=distance, constant=1.0)
