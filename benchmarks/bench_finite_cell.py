@@ -8,6 +8,10 @@ before. Times are seconds of the processor, all threads together.
 ``python benchmarks/bench_finite_cell.py --offsets 50 2x2x2`` moves the lattice by as many random
 offsets against the grid, which the faces of the block hold in place, and prints how iterations and
 the work of the load vary.
+
+``python benchmarks/bench_finite_cell.py --printed 12 4x4x4`` samples the signed distance of the
+block's surface, on which acceptance judges, near the surface only and at all corners of sub-cells;
+``--printed 1.26 lattice.stl`` that of a binary STL file, with bricks of 1.26 mm.
 """
 
 import json
@@ -75,8 +79,61 @@ def offsets(number, cells):
     print(f"work {low:.4f} to {high:.4f} of its mean")
 
 
+def surface_of(name, size):
+    """A closed surface: of a binary STL file, or of a block of cells contoured at a size."""
+    from finite_cell_solids import gyroid_sheet
+
+    from gradedesign.geometry.contour.surface import extract_surface
+    from gradedesign.geometry.formats.read_stl import read_stl
+    from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+
+    if name.endswith(".stl"):
+        corners = read_stl(Path(name)).corners.reshape(-1, 3)
+        vertices, faces = np.unique(corners, axis=0, return_inverse=True)
+        return SurfaceMesh(vertices=vertices, faces=faces.reshape(-1, 3))
+    cells, _, density = name.partition(":")
+    cells = tuple(map(int, cells.split("x")))
+    return extract_surface(gyroid_sheet(level(float(density or 0.3)), cells), (0,) * 3, cells, size)
+
+
+def printed(spacing, name):
+    """Sample the signed distance of a surface densely and near it; print time and points."""
+    from gradedesign.arrays import LipschitzField
+    from gradedesign.design.loop.printed_stage import BAND
+    from gradedesign.geometry.triangles.printed_field import field_within, surface_search
+    from gradedesign.mechanics.finite_cell.elements import SUBCELLS
+    from gradedesign.mechanics.finite_cell.grid import fit_grid
+    from gradedesign.mechanics.finite_cell.samples import classify
+
+    surface = surface_of(name, 0.56 * spacing)
+    field = field_within(surface_search(surface), BAND * spacing)
+    grid = fit_grid(surface.vertices.min(axis=0), surface.vertices.max(axis=0), spacing)
+    field(np.zeros((3, 10)))
+    print(f"{len(surface.faces)} triangles, {np.prod(grid.shape)} bricks")
+    found = []
+    for what, constant in (("near the surface", 1.0), ("everywhere", np.inf)):
+        asked = []
+
+        def counted(points, asked=asked):
+            asked.append(points[0].size)
+            return field(points)
+
+        begin, wall = time.process_time(), time.perf_counter()
+        found.append(classify(LipschitzField(values=counted, constant=constant), grid, SUBCELLS))
+        took = time.process_time() - begin
+        print(
+            f"{what:16} {sum(asked) / 1e6:7.2f} M points {took:7.1f} processor seconds "
+            f"{time.perf_counter() - wall:7.1f} s {1e6 * took / sum(asked):6.2f} us a point"
+        )
+    print("equal" if all(map(np.array_equal, *found)) else "DIFFERENT", flush=True)
+
+
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["one"]:
+    if sys.argv[1:2] == ["--printed"]:
+        spacing, *names = sys.argv[2:]
+        for name in names:
+            printed(float(spacing) if name.endswith(".stl") else 1.0 / float(spacing), name)
+    elif sys.argv[1:2] == ["one"]:
         cells, _, density = sys.argv[3].partition(":")
         one(int(sys.argv[2]), tuple(map(int, cells.split("x"))), float(density or 0.3))
     elif sys.argv[1:2] == ["--offsets"]:

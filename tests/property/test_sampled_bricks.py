@@ -6,18 +6,27 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gradedesign.arrays import LipschitzField
+from gradedesign.design.loop.printed_stage import BAND
 from gradedesign.geometry.part.box import box_surface
-from gradedesign.geometry.triangles.printed_field import printed_field
+from gradedesign.geometry.triangles.printed_field import (
+    field_within,
+    printed_field,
+    surface_search,
+)
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.mechanics.finite_cell.elements import cut_elements
 from gradedesign.mechanics.finite_cell.grid import Grid
 from gradedesign.mechanics.finite_cell.samples import classify
 
 SUBCELLS = 4
 
 
-def pieces(rng):
+def pieces(rng, ball=None):
     """A few turned boxes, thin ones among them, and bumpy balls in a cube of 4 mm: one surface."""
     vertices, faces, count = [], [], 0
+    if ball is not None:
+        mesh = trimesh.creation.icosphere(subdivisions=2, radius=0.8)
+        vertices, faces, count = [mesh.vertices + ball], [mesh.faces], len(mesh.vertices)
     for _ in range(rng.integers(1, 4)):
         if rng.random() < 0.6:
             mesh = box_surface(tuple(rng.choice([0.05, 0.4, 1.5, 3.0], 3)))
@@ -73,6 +82,21 @@ def test_a_signed_distance_is_sampled_as_densely_as_its_surface_needs(seed, band
     _, *dense = classify(field.values, grid, SUBCELLS, wanted)
     _, *found = classify(near, grid, SUBCELLS, wanted)
     assert_equal(found, dense)
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.integers(0, 10**9))
+def test_no_element_depends_on_distances_beyond_the_band_of_acceptance(seed):
+    rng = np.random.default_rng(seed)
+    grid = some_grid(rng)
+    # a ball that is solid in some brick
+    search = surface_search(pieces(rng, ball=0.5 * (grid.lower + grid.edges * grid.shape)))
+    near, far = (
+        cut_elements(field_within(search, band * float(grid.edges.max())), grid, bodies=1000)
+        for band in (BAND, 3.0)
+    )
+    for name in ("position", "copy", "faces", "weights", "share", "centre"):
+        np.testing.assert_array_equal(getattr(near, name), getattr(far, name))
 
 
 @settings(max_examples=20, deadline=None)

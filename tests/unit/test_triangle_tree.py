@@ -6,10 +6,15 @@ import pytest
 import trimesh
 
 from gradedesign.errors import MeshError
+from gradedesign.geometry.triangles._closest_kernels import (
+    nearest_on_triangle,
+    squared_distances,
+)
 from gradedesign.geometry.triangles.triangle_tree import (
     build_triangle_tree,
     closest_features,
     closest_triangles,
+    distance_within,
     ray_lengths,
 )
 
@@ -53,6 +58,40 @@ def test_distance_equals_a_plain_search(count):
     np.testing.assert_allclose(np.linalg.norm(points - closest, axis=0), distance, atol=1e-12)
     own = [plain_distance(c[None], corners[[t]])[0] for c, t in zip(closest.T, triangle)]  # noqa: B905
     assert max(own) < 1e-12
+
+
+@pytest.mark.parametrize("flat", [0, 7])
+@pytest.mark.parametrize("reach", [0.05, 0.6, np.inf])
+def test_points_that_share_a_search_get_the_distances_of_a_search_each(flat, reach):
+    # 3000 triangles in a cube of 2 mm, more than points may share where they are far apart
+    rng = np.random.default_rng(61)
+    corners = rng.uniform(0, 2, (3000, 1, 3)) + 0.06 * rng.normal(size=(3000, 3, 3))
+    corners[: 20 * flat, 2] = corners[: 20 * flat, 1]
+    tree = build_triangle_tree(corners)
+    axis = (np.arange(24) + 0.3) / 10.0
+    grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"))
+    blocks = grid.reshape(3, 6, 2, 2, 6, 2, 2, 6, 2, 2).transpose(0, 1, 4, 7, 2, 5, 8, 3, 6, 9)
+    for points in (blocks.reshape(3, -1), grid.reshape(3, -1), rng.uniform(-3, 5, (3, 2000))):
+        each, _, _ = closest_triangles(tree, points)
+        np.testing.assert_array_equal(distance_within(tree, points, reach), np.minimum(each, reach))
+        some = points[:, :3]
+        np.testing.assert_array_equal(
+            distance_within(tree, some, reach), np.minimum(each[:3], reach)
+        )
+
+
+def test_distances_of_several_triangles_at_once_are_those_of_one():
+    rng = np.random.default_rng(62)
+    triangles = np.concatenate([rng.normal(size=(4000, 3)), rng.normal(size=(4000, 6))], axis=1)
+    triangles[::3, 6:] = triangles[::3, 3:6] * rng.uniform(-1, 2, (1334, 1))
+    triangles[::3, 6:] += 10.0 ** rng.uniform(-6, 0, (1334, 1)) * rng.normal(size=(1334, 3))
+    columns, square = np.ascontiguousarray(triangles.T), np.zeros(4000)
+    for x, y, z in 2 * rng.normal(size=(20, 3)):
+        least = squared_distances(columns, 4000, x, y, z, square)
+        flat = np.zeros(4000, dtype=bool)
+        each = [nearest_on_triangle(triangles, flat, s, x, y, z)[0] for s in range(4000)]
+        np.testing.assert_array_equal(square, each)
+        assert least == square.min()
 
 
 def test_agrees_with_trimesh_on_a_sphere():

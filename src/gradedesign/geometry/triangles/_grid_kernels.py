@@ -14,6 +14,8 @@ from numba import njit
 
 #: Share of a clearance that is free of rounding.
 SURE = 1.0 - 1e-9
+#: Points before a point that may have its winding number: those of a cube of 2 x 2 x 2.
+_BACK = 8
 
 
 @njit(cache=True, nogil=True)
@@ -127,20 +129,20 @@ def windings(
     """Fill the winding number of points low to high of a (3, n) array.
 
     ``axes`` are the coordinates of points that the columns' three stand for. The surface is not
-    nearer to a point than its ``clearance`` (n,): a point that lies within that of the one before,
-    or the one before within that of it, has the same winding number.
+    nearer to a point than its ``clearance`` (n,): a point that lies within that of one of the few
+    before, or one of these within that of it, has the same winding number.
     """
     for p in range(low, high):
-        x, y, z = points[axes[0], p], points[axes[1], p], points[axes[2], p]
-        if p > low:
-            free = SURE * max(clearance[p - 1], clearance[p])
-            dx = points[0, p] - points[0, p - 1]
-            dy = points[1, p] - points[1, p - 1]
-            dz = points[2, p] - points[2, p - 1]
-            if dx * dx + dy * dy + dz * dz < free * free:
-                result[p] = result[p - 1]
-                continue
-        result[p] = winding_at(corners, tops, lower, step, shape, first, member, x, y, z)
+        for q in range(p - 1, max(low, p - _BACK) - 1, -1):
+            free, apart2 = SURE * max(clearance[q], clearance[p]), 0.0
+            for a in range(3):
+                apart2 += (points[a, p] - points[a, q]) ** 2
+            if apart2 < free * free:
+                result[p] = result[q]
+                break
+        else:
+            x, y, z = points[axes[0], p], points[axes[1], p], points[axes[2], p]
+            result[p] = winding_at(corners, tops, lower, step, shape, first, member, x, y, z)
 
 
 @njit(cache=True, nogil=True)

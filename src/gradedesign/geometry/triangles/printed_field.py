@@ -50,7 +50,7 @@ def printed_field(surface: SurfaceMesh, band: float) -> LipschitzField:
     surface : SurfaceMesh
         Closed and consistently oriented, as read back from the printed file.
     band : float, mm
-        About two elements of the grid on which it is evaluated: narrower is faster.
+        An element or two of the grid on which it is evaluated: narrower is faster.
 
     Returns
     -------

@@ -148,11 +148,13 @@ def _sample(
     return values
 
 
-def _in_blocks(near: BoolArray) -> IntArray:
-    """Flat places where it is near: one cube of 2 x 2 x 2 after another, as fields are faster."""
-    place = np.where(near, np.arange(near.size).reshape(near.shape), -1)
-    z, y, x = near.shape
-    place = np.pad(place, [(0, n % 2) for n in near.shape], constant_values=-1)
-    place = place.reshape((z + 1) // 2, 2, (y + 1) // 2, 2, (x + 1) // 2, 2)
-    place = place.transpose(2, 4, 0, 1, 3, 5).ravel()
+def _in_blocks(near: BoolArray) -> NDArray[np.int32]:
+    """Flat places where it is near, by cubes of 4 x 4 x 4 and in each by cubes of 2 x 2 x 2.
+
+    Fields of many parts answer faster where points that follow each other are neighbours.
+    """
+    place = np.where(near, np.arange(near.size, dtype=np.int32).reshape(near.shape), -1)
+    place = np.pad(place, [(0, -n % 4) for n in near.shape], constant_values=-1)
+    z, y, x = (n // 4 for n in place.shape)
+    place = place.reshape(z, 2, 2, y, 2, 2, x, 2, 2).transpose(3, 6, 0, 1, 4, 7, 2, 5, 8).ravel()
     return place[place >= 0]
