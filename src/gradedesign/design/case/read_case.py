@@ -70,23 +70,7 @@ def load_case(
     brought: _BroughtKeys = Brought,
     values: Mapping[str, Any] = NO_VALUES,
 ) -> Case:
-    """Read and check a case file.
-
-    Parameters
-    ----------
-    path : str or Path
-        The TOML file, or the folder that holds a ``case.toml``.
-    allow_outside : bool
-        Whether the part file may lie outside the folder of the case.
-    brought : callable
-        Keys that registered kinds and readers add, see `_BroughtKeys`.
-    values : mapping of dotted key to value
-        As TOML gives them, such as ``{"lattice.size": "10 mm"}``; they replace those of the file.
-
-    Returns
-    -------
-    Case
-        Every value in internal units.
+    """Read and check a case file; as `gradedesign.load_case`, for keys of plugins that are given.
 
     Raises
     ------
