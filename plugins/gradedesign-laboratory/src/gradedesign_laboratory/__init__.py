@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from gradedesign import Command, EigenSolver, hookimpl
+from gradedesign import Command, hookimpl
 from gradedesign_laboratory.command import homogenise, tabulate
-from gradedesign_laboratory.lanczos import LANCZOS
-from gradedesign_laboratory.scipy_eigen import SCIPY
+
+if TYPE_CHECKING:
+    from gradedesign import EigenSolver
 
 __all__ = ["gradedesign_commands", "gradedesign_eigen_solvers"]
 
@@ -22,5 +24,9 @@ def gradedesign_commands() -> Iterator[Command]:
 @hookimpl
 def gradedesign_eigen_solvers() -> Iterator[EigenSolver]:
     """Register the eigenvalue solvers of ``homogenise --buckling``."""
+    # The command line imports this package for its help, which needs none of their libraries.
+    from gradedesign_laboratory.lanczos import LANCZOS
+    from gradedesign_laboratory.scipy_eigen import SCIPY
+
     yield LANCZOS
     yield SCIPY
