@@ -20,6 +20,7 @@ from gradedesign.mechanics.limits.displacement import DisplacementLimit
 from gradedesign.mechanics.limits.frequency import FrequencyLimit
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.local_stress import StressLimit
+from gradedesign.mechanics.limits.member_stress import MemberStressLimit
 from gradedesign.mechanics.limits.volume_percentile import volume_percentile
 from gradedesign.mechanics.material.law_field import SPREAD, LawField
 from gradedesign.mechanics.material.local_stress_law import LocalStressLaw
@@ -280,3 +281,37 @@ def test_percentile_of_a_mix():
         strength_factor=rng.uniform(0.7, 1.0, rho.size),
     )  # fmt: skip
     assert_slope(replace(model, law=field), limit, rho, rng, step=1e-5)
+
+
+def test_percentile_of_solid_members():
+    model, limit, rho, rng = stress_problem(stressed_law, 80.0)
+    of_members = MemberStressLimit(
+        key=limit.key, name="stress", allowed=1.0, factor=1.2, percentile=95.0,
+        evaluated=limit.evaluated,
+    )  # fmt: skip
+    share, turn = rng.uniform(0.1, 0.95, rho.size), rng.standard_normal(rho.size)
+    direction = rng.standard_normal(rho.size)
+    state = solved(model, of_members, rho, share)
+    # Where every share has its spread, a percentile of plain numbers jumps: its smooth one does not
+    local, weights = state.solid_stress("load"), state.member_volumes * limit.evaluated
+    smooth = [
+        _smooth_percentile(solved(model, of_members, rho + s * direction, share + s * turn), limit)
+        for s in (1e-5, -1e-5)
+    ]
+    found = gradient_of(model, of_members, rho, share) @ np.concatenate([direction, turn])
+    value = of_members.predict(state).value
+    assert value == pytest.approx(1.2 * weighted_percentile(local, weights, 95.0))
+    scale = value / _smooth_percentile(state, limit)
+    assert found == pytest.approx(scale * (smooth[0] - smooth[1]) / 2e-5, rel=1e-4)
+    assert of_members.predict(solved(model, of_members, rho)).value == 0.0
+
+
+def _smooth_percentile(state, limit):
+    """Root of the smooth distribution that the derivatives are of, by bisection."""
+    local, weights = state.solid_stress("load"), state.member_volumes * limit.evaluated
+    low, high = local.min() / 2, local.max() * 2
+    for _ in range(200):
+        middle = np.sqrt(low * high)
+        above = 1 / (1 + 0.95 / 0.05 * (middle / local) ** (1 / SPREAD))
+        low, high = (middle, high) if weights @ above > 0.05 * weights.sum() else (low, middle)
+    return middle

@@ -77,7 +77,13 @@ def with_design(
         if body is not None:
             plan = replace(plan, domain=plan.domain.with_components([body]))
             moments = counted_solid(plan, cells.bounds, mesh)
-            part = replace(part, solid_fraction=solid_fraction(moments), solid_moments=moments)
+            share = solid_fraction(moments)
+            part = replace(
+                part,
+                solid_fraction=share,
+                solid_moments=moments,
+                member_fraction=np.maximum(share - part.solid_fraction, 0.0),
+            )
             part = _beside_members(part, cells, plan.domain)
     if part is model.homogenised:
         return model

@@ -235,5 +235,6 @@ def _placed_limits(
             nodes={name: region_nodes(space, on) for name, on in facets.items()},
             shares={name: region_shares(space, on) for name, on in facets.items()},
             supports={load.name: load.supports for load in homogenised.cases},
+            members=case.lattice.members,
         ),
     )

@@ -63,6 +63,8 @@ class Limit(ABC):
     needs_stress: ClassVar[bool] = False
     #: An explicit analysis measures it; else the homogenised prediction is its value throughout.
     explicit: ClassVar[bool] = True
+    #: What it judges need not be there: then it has no row.
+    may_lack: ClassVar[bool] = False
     #: End of a band that decides, ``"high"`` or ``"low"``.
     unfavourable: ClassVar[str] = "high"
     #: The value converges with the order that an analysis states; percentiles and maxima do not.
@@ -225,6 +227,8 @@ class PlacedModel:
     shares : mapping of region to (k,) array
         Share of the region's area that each of its nodes stands for.
     supports : mapping of load case to Supports
+    members : bool
+        Whether sizing may make solid members.
     """
 
     where: Where
@@ -237,6 +241,7 @@ class PlacedModel:
     nodes: Mapping[str, IntArray]
     shares: Mapping[str, FloatArray]
     supports: Mapping[str, Supports]
+    members: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

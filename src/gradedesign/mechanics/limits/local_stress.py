@@ -19,6 +19,7 @@ from gradedesign.mechanics.limits.banded import Banded
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.limit import Limit, LimitKind, PlacedModel, StatedLimit
 from gradedesign.mechanics.limits.limits_schema import LimitsSpec
+from gradedesign.mechanics.limits.member_stress import PHASE, MemberStressLimit
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.mechanics.limits.state import HomogenisedState, Predicted, Response
 from gradedesign.mechanics.limits.volume_percentile import VolumePercentile, volume_percentile
@@ -42,11 +43,14 @@ class StressLimit(Limit):
         Tetrahedra of the part outside the exclusion radius of supports.
     judged : float
         Share of the lattice's region outside it.
+    apart : tuple of str
+        Phases that other limits judge.
     """
 
     percentile: float
     evaluated: BoolArray
     judged: float = 1.0
+    apart: tuple[str, ...] = ()
 
     unit: ClassVar[str] = "MPa"
     needs_stress: ClassVar[bool] = True
@@ -110,6 +114,8 @@ class StressLimit(Limit):
         found: dict[str, list[tuple[str, PhaseStress]]] = {}
         for name, measures in analysis.measures.items():
             for each in measures:
+                if each.phase in self.apart:
+                    continue
                 found.setdefault(each.phase, []).append((name, each))
         governing = {
             phase: max(entries, key=lambda entry: (_decisive(entry[1]), entry[0]))
@@ -176,8 +182,16 @@ def _make(limits: LimitsSpec, placed: PlacedModel) -> tuple[Sequence[Limit], Seq
         percentile=percentile,
         evaluated=placed.evaluated,
         judged=1.0 - share,
+        apart=(PHASE,) if placed.members else (),
     )
-    return (limit,), (
+    members = MemberStressLimit(
+        key=LimitKey(kind=KIND.name, region=PHASE),
+        name=f"stress in {PHASE}",
+        allowed=allowed,
+        percentile=percentile,
+        evaluated=placed.evaluated,
+    )
+    return (limit, members) if placed.members else (limit,), (
         *(w for law in placed.law.laws for w in percentile_warnings(law, percentile)),
         *share_warnings(share, placed.exclusion_radius),
     )

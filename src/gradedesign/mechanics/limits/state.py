@@ -65,6 +65,19 @@ class HomogenisedState(Protocol):
     def by_design(self, by_effective: FloatArray, by_volume: FloatArray) -> FloatArray:
         """Derivatives ``(P,)`` of those by effective densities and by volumes of lattice, (M,)."""
 
+    @property
+    def member_volumes(self) -> FloatArray:
+        """Volume that solid members fill, ``(M,)``, mm^3."""
+
+    def solid_stress(self, load_case: str) -> FloatArray:
+        """Von Mises stress of the base material strained as the tetrahedra are, ``(M,)``, MPa."""
+
+    def through_solid_stress(self, load_case: str, by_stress: FloatArray) -> FloatArray:
+        """Derivatives by displacements ``(3, N)`` of those by the stress in solid, ``(M,)``."""
+
+    def by_member_volume(self, by_volume: FloatArray) -> FloatArray:
+        """Derivatives ``(P,)`` of those by the volumes of members, ``(M,)``."""
+
     def by_density(self, by_density: FloatArray) -> FloatArray:
         """Derivatives ``(P,)`` of what depends on nominal densities alone, ``(M,)``."""
 

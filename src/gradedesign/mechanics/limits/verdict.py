@@ -32,7 +32,7 @@ def limit_rows(limits: Sequence[Limit], analysis: Analysis, judged_by: str) -> t
     rows: list[LimitRow] = []
     for limit in limits:
         measured = limit.rows(analysis, judged_by)
-        if limit.explicit and not measured:
+        if limit.explicit and not (measured or limit.may_lack):
             raise SolverError(
                 f"{limit.name} has no value by {judged_by}, so it would not be judged; expected "
                 f"one: where it limits stress, take a smaller [limits] exclusion_radius"

@@ -60,6 +60,8 @@ class HomogenisedModel:
     solid_moments : (10, M) array or None
         Where the solid lies: means of its indicator with pairs of barycentric coordinates, in the
         order of `gradedesign.mechanics.fe.stiffness.PAIRS`. None: evenly in every tetrahedron.
+    member_fraction : (M,) array or None
+        Share of each tetrahedron that is solid members, among ``solid_fraction``; None: none is.
     """
 
     space: TetSpace
@@ -78,6 +80,7 @@ class HomogenisedModel:
     walls: WallFactors | None = None
     cut_share: FloatArray | None = None
     solid_moments: FloatArray | None = None
+    member_fraction: FloatArray | None = None
 
     def __post_init__(self) -> None:
         count = self.space.elements.shape[1]

@@ -106,5 +106,10 @@ def with_members(model: HomogenisedModel, share: FloatArray | None) -> Homogenis
     moments = model.solid_moments
     if moments is not None:
         moments = moments + share * (UNIFORM[:, None] - moments)
-    solid = model.solid_fraction + share * (1.0 - model.solid_fraction)
-    return replace(model, solid_fraction=solid, solid_moments=moments)
+    members = share * (1.0 - model.solid_fraction)
+    return replace(
+        model,
+        solid_fraction=model.solid_fraction + members,
+        solid_moments=moments,
+        member_fraction=members,
+    )

@@ -139,6 +139,7 @@ def _step_of_bodies(
         whole,
         solid_fraction=bodies.solid_fraction,
         solid_moments=bodies.solid_moments,
+        member_fraction=bodies.member_fraction,
         effective=bodies.effective,
     )
     step = analysed_step(replace(problem, model=part), rho, number, 0.0)

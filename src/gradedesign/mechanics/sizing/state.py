@@ -34,6 +34,7 @@ from gradedesign.mechanics.sizing.lattice_stress import (
     lattice_stress,
     local_stress_at,
 )
+from gradedesign.mechanics.sizing.solid_strain import solid_stress, through_solid_stress
 from gradedesign.mechanics.sizing.stress_slopes import through_local_stress
 from gradedesign.mechanics.solver.lowest_modes import Modes
 
@@ -138,6 +139,29 @@ class SolvedState:
         if self.share is None:
             return np.asarray(by_density)
         return np.concatenate([by_density, -by_volume * self.lattice_alone.lattice_volumes])
+
+    @property
+    def member_volumes(self) -> FloatArray:
+        """Volume that solid members fill, ``(M,)``, mm^3."""
+        share = self.model.member_fraction
+        return np.zeros(self.rho.shape) if share is None else self.model.volumes * share
+
+    def solid_stress(self, load_case: str) -> FloatArray:
+        """Mean over a tetrahedron of the von Mises stress of the base material, ``(M,)``, MPa."""
+        case = case_named(self.model, load_case)
+        return solid_stress(self.model, case, self.displacement(load_case))
+
+    def through_solid_stress(self, load_case: str, by_stress: FloatArray) -> FloatArray:
+        """Derivatives by displacements ``(3, N)``, see `through_solid_stress`."""
+        case = case_named(self.model, load_case)
+        return through_solid_stress(self.model, case, self.displacement(load_case), by_stress)
+
+    def by_member_volume(self, by_volume: FloatArray) -> FloatArray:
+        """Derivatives by the variables of the design of those by volumes of members, ``(P,)``."""
+        none = np.zeros(self.rho.shape)
+        if self.share is None:
+            return none
+        return np.concatenate([none, by_volume * self.lattice_alone.lattice_volumes])
 
     def by_density(self, by_density: FloatArray) -> FloatArray:
         """Derivatives ``(P,)`` of what depends on nominal densities alone, ``(M,)``."""
