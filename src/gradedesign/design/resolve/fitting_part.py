@@ -46,11 +46,11 @@ def fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
     require_cells_fit(case.lattice, case.part, case.run.memory, case.where, part)
     if case.lattice.stated:
         return case, part
-    lattice = with_member_size(case.lattice, case.part, case.print, case.where)
+    meshed = with_mesh_size(case.part, part, least_length(case.lattice))
     case = case.model_copy(
         update={
-            "lattice": lattice,
-            "part": with_mesh_size(case.part, part, least_length(lattice)),
+            "lattice": with_member_size(case.lattice, meshed, case.print, case.where),
+            "part": meshed,
             "load_case": with_symmetry(case.load_case, part, case.where),
         }
     )

@@ -23,6 +23,8 @@ def with_member_size(
 ) -> LatticeSpec:
     """``[lattice]`` with the least thickness of its solid members, if it may have any.
 
+    ``part`` states the mesh size.
+
     Raises
     ------
     CaseError
@@ -30,7 +32,7 @@ def with_member_size(
     """
     if not lattice.members:
         return lattice
-    mesh = 0.0 if part.mesh_size is None else ACROSS * part.mesh_size
+    mesh = ACROSS * part.element_size
     wall = (printer and printer.min_wall) or 0.0
     stated = lattice.least_member
     if stated is None:
@@ -39,7 +41,7 @@ def with_member_size(
     if stated < mesh * (1 - _ROUNDING):
         raise CaseError(
             f"{where('lattice.least_member')}: found {stated:g} mm, which tetrahedra of "
-            f"{part.mesh_size:g} mm do not resolve; expected {mesh:.3g} mm at least, or [part] "
+            f"{part.element_size:g} mm do not resolve; expected {mesh:.3g} mm at least, or [part] "
             f"mesh_size of {stated / ACROSS:.3g} mm"
         )
     if stated < wall * (1 - _ROUNDING):
@@ -52,6 +54,7 @@ def with_member_size(
 
 def least_length(lattice: LatticeSpec) -> float:
     """Length that tetrahedra of the part follow where none is stated, mm."""
-    if lattice.least_member is None:
+    if not lattice.members:
         return lattice.cell_size
-    return min(lattice.cell_size, lattice.least_member / ACROSS)
+    thickness = lattice.least_member or _OF_CELL * lattice.cell_size
+    return min(lattice.cell_size, thickness / ACROSS)
