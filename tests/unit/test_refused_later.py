@@ -7,6 +7,7 @@ import pytest
 from small_parts import WALLS, box_part, held_bar
 
 import gradedesign_layers
+import gradedesign_volumes
 from gradedesign.design.case.read_case import load_case
 from gradedesign.design.check.check_case import check_case
 from gradedesign.design.resolve.design_model import prepare
@@ -36,7 +37,7 @@ density = [0.3, 0.5]
 
 @pytest.fixture(scope="module")
 def registry():
-    known = build_registry(plugins=[gradedesign_layers])
+    known = build_registry(plugins=[gradedesign_layers, gradedesign_volumes])
     law = power_law(
         "walls-law", ("walls",), youngs=(1.0, 2.0), strength=(1.0, 1.5), window=(0.1, 0.9),
         origin=LawOrigin(kind="computed", source="this test", test="none"),
