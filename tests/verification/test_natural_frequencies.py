@@ -5,6 +5,7 @@ stiffness or a mass that is 1 % wrong breaks them.
 """
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -24,6 +25,8 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from gradedesign.geometry.tets.tet_mesh import signed_volumes
+from gradedesign.mechanics.explicit.analysis import Discretisation
+from gradedesign.mechanics.explicit.tets import solve_tets
 from gradedesign.mechanics.fe.elastic_system import prepare_elastic
 from gradedesign.mechanics.fe.multigrid_solver import MULTIGRID
 from gradedesign.mechanics.fe.natural_modes import ModeGoal, natural_modes
@@ -136,6 +139,30 @@ def test_bending_of_a_clamped_beam_on_finite_cells():
     flat = beam_frequencies(BEAM[2], 2)
     expected = {1: flat[0], 2: beam_frequencies(BEAM[1])[0], 3: flat[1]}
     assert found == pytest.approx(expected, rel=2e-3)
+
+
+def test_tetrahedra_and_finite_cells_of_a_printed_solid_find_the_same_by_their_keys():
+    upper = (40.0, 6.0, 4.0)
+    cases = (
+        load_case("held", [("x0", "xyz")], [("x1", {"force": newtons(0.0, 0.0, 1.0)})]),
+        load_case("both", [("x0", "xyz"), ("x1", "yz")], [("x1", {"force": newtons(1.0, 0, 0)})]),
+    )
+    wanted = {
+        "second": ModeGoal(load_case="held", number=2),
+        "lowest": ModeGoal(load_case="held", number=1),
+        "propped": ModeGoal(load_case="both", number=1),
+    }
+    regions = box_regions((0, 0, 0), upper)
+    solid = SimpleNamespace(
+        material=STEEL, regions=regions, load_cases=cases, solver=MULTIGRID, modes=wanted
+    )
+    division = Discretisation(made_by="test", mesh_size=2.0, unknowns=0, requested=2.0)
+    tets = solve_tets(box_mesh(upper, (24, 4, 3)), solid, division, 1e-6).frequencies
+    bricks = analyse(
+        problem(box_field((0, 0, 0), upper), (0, 0, 0), upper, cases, regions, modes=wanted), 1.4
+    ).frequencies
+    assert bricks == pytest.approx(dict(tets), rel=3e-3)
+    assert bricks["lowest"] < bricks["second"] < bricks["propped"]
 
 
 @pytest.fixture(scope="module")
