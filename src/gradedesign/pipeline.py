@@ -195,8 +195,8 @@ def _stop_early(
             SizingPlan(target=_FULL_UTILISATION, most_iterations=60),
             announce.sizing_step,
         )
-    model = with_design(model, sized.rho, sized.members)
-    result = partial_result(model, registry, case.run.stop_after, sized=sized)
+    designed = with_design(model, sized.rho, sized.members)
+    result = partial_result(designed, registry, case.run.stop_after, sized=sized)
     computed = Computed(rho=sized.rho, members=sized.members)
     return write_outputs(out, model, registry, result, announce, computed)
 

@@ -45,6 +45,8 @@ def density_picture(
 ) -> tuple[str, ...]:
     """Draw the densities of a design, 1 where the part is solid."""
     shown = np.where(part.solid_fraction >= 1.0, 1.0, rho)
+    if part.member_fraction is not None:
+        shown += part.member_fraction * (1.0 - shown)
     files["density"] = "density.png"
     warnings = picture_density(out.path_of("density.png"), part.space.mesh, shown)
     _adopt_drawn(out, files, "density")

@@ -15,7 +15,7 @@ from gradedesign.common.system.atomic import replacing_path
 from gradedesign.common.system.progress import report_step
 from gradedesign.design.case.schema import Case
 from gradedesign.design.loop.announce import Announcer
-from gradedesign.design.loop.designed import density_grid
+from gradedesign.design.loop.designed import density_grid, with_design
 from gradedesign.design.loop.exported_surface import case_surface
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.iteration_steps import build_design
@@ -72,18 +72,25 @@ def write_outputs(
     computed: Computed,
 ) -> RunResult:
     """Write the files of what was computed, and return the result with their names."""
-    plan, part, case = model.plan, model.homogenised, model.plan.case
+    plan, case = model.plan, model.plan.case
     shown, rho = computed.shown, computed.rho
+    if computed.density is None:
+        sized = model
+    else:
+        sized = with_design(model, computed.density, computed.field)
+    part = sized.homogenised
 
     def drawn(files: dict[str, str]) -> Iterator[str]:
-        yield from loads_picture(out, plan, unjudged_share(part, plan.support_zones), files)
+        yield from loads_picture(
+            out, plan, unjudged_share(model.homogenised, plan.support_zones), files
+        )
         if computed.density is not None:
             yield from density_picture(out, part, computed.density, files)
         if shown is not None:
             yield from _exported_files(out, plan, shown.surface, shown.analysed.design, files)
             yield from lattice_pictures(out, plan, shown, files)
         elif rho is not None and case.run.stop_after == "lattice":
-            yield from _unjudged_lattice(out, model, rho, files)
+            yield from _unjudged_lattice(out, sized, rho, files)
         out.write_text("iterations.csv", iteration_log(result.iterations))
         files["log"] = "iterations.csv"
 
