@@ -201,10 +201,10 @@ def _zone_lines(checked: CaseCheck) -> Iterator[str]:
 
 
 def _lattice_lines(checked: CaseCheck) -> Iterator[str]:
-    plan, law = checked.plan, checked.plan.law
+    plan, law, spec = checked.plan, checked.plan.law, checked.plan.case.lattice
     low, high = checked.run.bounds
     yield (
-        f"cell: {plan.cell.name}, {plan.case.lattice.size_words}; it exists from density "
+        f"cell: {plan.cell.name}, {spec.size_words}; it exists from density "
         f"{plan.cell.window[0]:.3g} to {plan.cell.window[1]:.3g}"
     )
     thick = checked.thickness
@@ -215,6 +215,8 @@ def _lattice_lines(checked: CaseCheck) -> Iterator[str]:
             for share, value, cells in walls
         )
     yield f"density window: {low:.3g} to {high:.3g}"
+    if thickness := spec.least_member:
+        yield f"solid members: where they are lighter, about {thickness:.3g} mm thick or more"
     yield from _zone_lines(checked)
     holds = f"for densities {law.window[0]:.3g} to {law.window[1]:.3g}"
     if law.known is not None:

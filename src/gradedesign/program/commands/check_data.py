@@ -165,11 +165,12 @@ def zone_data(checked: CaseCheck) -> dict[str, dict[str, Any]]:
 
 
 def _lattice(checked: CaseCheck) -> dict[str, Any]:
-    plan, law = checked.plan, checked.plan.law
+    plan, law, spec = checked.plan, checked.plan.law, checked.plan.case.lattice
     return {
-        "size_mm": list(plan.case.lattice.size),
+        "size_mm": list(spec.size),
         "cell_window": list(plan.cell.window),
         "density_window": list(plan.bounds),
+        "least_member_mm": spec.least_member,
         "zones": zone_data(checked),
         "size_effects": {"mode": "periodic", "reason": checked.periodic}
         if checked.periodic
