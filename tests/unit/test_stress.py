@@ -125,9 +125,6 @@ def test_nodal_average_is_the_slow_one():
                     total += volume[m]
         expected[:, v] /= total
     assert nodal_average(space, values) == pytest.approx(expected, rel=1e-14)
-    alone = nodal_average(space, values, [0.0, 1.0])
-    assert np.isnan(alone[:, 0]).all()  # vertex 0 belongs to the first tet only
-    assert np.array_equal(alone[:, 4], values[:, 1, 0])
 
 
 def slow_percentile(values, weights, percentile):

@@ -62,10 +62,11 @@ def measure_neck(
     density: float,
     *,
     length: float = 2.0,
-    pure: int = 1,
     resolution: int = 32,
 ) -> Neck:
     """Build a bar that passes from one family to the other, and measure it.
+
+    A cell of each pure family stands before and after the transition.
 
     Parameters
     ----------
@@ -75,8 +76,6 @@ def measure_neck(
         Relative density.
     length : float, cells
         Of the transition; the weight rises by 3 s^2 - 2 s^3.
-    pure : int
-        Cells of each pure family before and after it.
     resolution : int
         Grid points along a cell; a multiple of 4; widths are right to one grid step.
 
@@ -85,14 +84,13 @@ def measure_neck(
     LatticeError
         If a length is not positive.
     """
-    if not (length > 0 and pure >= 1 and resolution >= 8):
+    if not (length > 0 and resolution >= 8):
         raise LatticeError(
-            f"a bar of {pure} + {length:g} + {pure} cells at {resolution} points per cell cannot "
+            f"a bar of 1 + {length:g} + 1 cells at {resolution} points per cell cannot "
             f"be measured; expected positive lengths and at least 8 points"
         )
-    cells = 2 * pure + length
-    x = np.arange(int(np.ceil(cells * resolution)) + 1) / resolution
-    values = _bar(pair, x, (x - pure) / length, resolution)
+    x = np.arange(int(np.ceil((2 + length) * resolution)) + 1) / resolution
+    values = _bar(pair, x, (x - 1) / length, resolution)
     solid = values <= pair.level_of(density)
     labels, count = _labels(solid)
     sizes = np.bincount(labels.ravel(), minlength=count + 1)[1:]
@@ -107,8 +105,7 @@ def measure_neck(
     disconnected = [n for n in big if n != main and n in inner]
     area = solid.mean(axis=(1, 2)) / density
     widths = [
-        _width(_pure(pair, weight, resolution, pure) <= density, resolution)
-        for weight in (0.0, 1.0)
+        _width(_pure(pair, weight, resolution) <= density, resolution) for weight in (0.0, 1.0)
     ]
     return Neck(
         components=1 + len(disconnected) + len(cut_off),
@@ -117,7 +114,7 @@ def measure_neck(
         first_width=widths[0],
         second_width=widths[1],
         area=float(area.min()),
-        place=float(x[int(area.argmin())] - pure),
+        place=float(x[int(area.argmin())] - 1),
     )
 
 
@@ -172,8 +169,8 @@ def _bar(pair: Cells, x: FloatArray, share: FloatArray, resolution: int) -> Floa
     return pair.shape(np.concatenate([nodes, 1 - weight[None], weight[None]]))
 
 
-def _pure(pair: Cells, weight: float, resolution: int, cells: int) -> FloatArray:
-    x = np.arange((cells + 1) * resolution + 1) / resolution
+def _pure(pair: Cells, weight: float, resolution: int) -> FloatArray:
+    x = np.arange(2 * resolution + 1) / resolution
     return _bar(pair, x, np.full(len(x), weight), resolution)
 
 

@@ -1,65 +1,11 @@
-"""Compiled loops of `quality`: dihedral angles and face-connected pieces of a tet mesh."""
+"""Compiled loops of `quality`: face-connected pieces of a tet mesh."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from gradedesign.arrays import FloatArray, IntArray
-
-
-@njit(cache=True, nogil=True)
-def _outward_area(
-    points: NDArray[Any], a: int, b: int, c: int, normal: NDArray[Any]
-) -> float:  # pragma: no cover (compiled)
-    """Write twice the area vector of triangle abc into ``normal``; return its length."""
-    ux = points[0, b] - points[0, a]
-    uy = points[1, b] - points[1, a]
-    uz = points[2, b] - points[2, a]
-    vx = points[0, c] - points[0, a]
-    vy = points[1, c] - points[1, a]
-    vz = points[2, c] - points[2, a]
-    normal[0] = uy * vz - uz * vy
-    normal[1] = uz * vx - ux * vz
-    normal[2] = ux * vy - uy * vx
-    return np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
-
-
-@njit(cache=True, nogil=True)
-def largest_cosine(points: FloatArray, tets: IntArray) -> float:  # pragma: no cover (compiled)
-    """Return the largest cosine of any dihedral angle.
-
-    Parameters
-    ----------
-    points : (3, n) array
-    tets : (4, m) int array
-        A tetrahedron with a face of no area counts as having an angle of 0 degrees.
-    """
-    normals = np.zeros((4, 3))
-    lengths = np.zeros(4)
-    high = -1.0
-    for t in range(tets.shape[1]):
-        a, b, c, d = tets[0, t], tets[1, t], tets[2, t], tets[3, t]
-        lengths[0] = _outward_area(points, b, c, d, normals[0])
-        lengths[1] = _outward_area(points, a, d, c, normals[1])
-        lengths[2] = _outward_area(points, a, b, d, normals[2])
-        lengths[3] = _outward_area(points, a, c, b, normals[3])
-        for i in range(3):
-            for j in range(i + 1, 4):
-                scale = lengths[i] * lengths[j]
-                if scale > 0.0:
-                    dot = (
-                        normals[i, 0] * normals[j, 0]
-                        + normals[i, 1] * normals[j, 1]
-                        + normals[i, 2] * normals[j, 2]
-                    )
-                    high = max(high, min(1.0, -dot / scale))
-                else:
-                    high = 1.0
-    return high
+from gradedesign.arrays import IntArray
 
 
 @njit(cache=True, nogil=True)

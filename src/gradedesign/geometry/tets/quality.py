@@ -1,4 +1,4 @@
-"""Checks of a tetrahedral mesh before it is analysed: volume, angles, orientation, components."""
+"""Checks of a tetrahedral mesh before it is analysed: volume, orientation, overlap."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from gradedesign.arrays import IntArray
 from gradedesign.errors import MeshError
-from gradedesign.geometry.tets._quality_kernels import label_pieces, largest_cosine
+from gradedesign.geometry.tets._quality_kernels import label_pieces
 from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
 
 
@@ -22,10 +22,6 @@ class TetReport:
         Tetrahedra.
     volume : float
         Sum of signed volumes, mm^3.
-    min_dihedral : float
-        Least angle between two faces of a tetrahedron, degrees.
-    pieces : int
-        Parts that hang together through facets; parts that touch in an edge or a vertex are two.
     inverted : int
         Tetrahedra without positive volume.
     crowded : int
@@ -34,8 +30,6 @@ class TetReport:
 
     count: int
     volume: float
-    min_dihedral: float
-    pieces: int
     inverted: int
     crowded: int
 
@@ -51,20 +45,17 @@ def tet_report(mesh: TetMesh) -> TetReport:
     if mesh.tets.shape[1] == 0:
         raise MeshError("the mesh has no tetrahedra; refine it, or check that its field is inside")
     volumes = signed_volumes(mesh)
-    largest = largest_cosine(mesh.points, mesh.tets)
-    _, pieces, crowded = label_pieces(mesh.tets, mesh.points.shape[1])
+    _, _, crowded = label_pieces(mesh.tets, mesh.points.shape[1])
     return TetReport(
         count=mesh.tets.shape[1],
         volume=float(volumes.sum()),
-        min_dihedral=float(np.degrees(np.arccos(largest))),
-        pieces=int(pieces),
         inverted=int(np.count_nonzero(~(volumes > 0.0))),
         crowded=int(crowded),
     )
 
 
 def piece_labels(mesh: TetMesh) -> IntArray:
-    """Number the face-connected pieces.
+    """Number the pieces that hang together through facets; those that touch elsewhere are two.
 
     Returns
     -------
@@ -91,8 +82,6 @@ def require_sound(
     subject: str,
     expected_volume: float | None = None,
     volume_tolerance: float = 0.01,
-    pieces: int | None = None,
-    min_dihedral: float | None = None,
 ) -> TetReport:
     """Refuse a mesh that would give wrong results.
 
@@ -104,15 +93,11 @@ def require_sound(
         mm^3.
     volume_tolerance : float
         Largest relative difference from it.
-    pieces : int, optional
-        Number of face-connected pieces that there must be.
-    min_dihedral : float, optional
-        Least angle allowed, degrees.
 
     Raises
     ------
     MeshError
-        If there are no tetrahedra, some are inverted or overlap, or a demand is not met; the
+        If there are no tetrahedra, some are inverted or overlap, or the volume is another; the
         message names all numbers that are wrong and the remedy of each.
     """
     report = tet_report(mesh)
@@ -135,16 +120,6 @@ def require_sound(
                 f"within {volume_tolerance:.3g} (off by {error:.3g}); mesh finer, so that the "
                 "thinnest wall is resolved"
             )
-    if pieces is not None and report.pieces != pieces:
-        faults.append(
-            f"it has {report.pieces} pieces connected through faces, expected {pieces}; mesh "
-            "finer, make walls thicker, or remove disconnected components"
-        )
-    if min_dihedral is not None and not report.min_dihedral >= min_dihedral:
-        faults.append(
-            f"its least dihedral angle is {report.min_dihedral:.3g} degrees, expected at least "
-            f"{min_dihedral:.3g}; mesh with another size or simplify the surface"
-        )
     if faults:
         raise MeshError(f"{subject} is refused: " + "; and ".join(faults))
     return report

@@ -89,34 +89,27 @@ def von_mises(stress: FloatArray) -> FloatArray:
     return np.sqrt(0.5 * direct + 3.0 * shear)
 
 
-def nodal_average(
-    space: TetSpace, values: FloatArray, weights: ArrayLike | None = None
-) -> FloatArray:
-    """Weighted mean at each node of the values of the elements around it.
+def nodal_average(space: TetSpace, values: FloatArray) -> FloatArray:
+    """Mean at each node of the values of the elements around it, by their volume.
 
     Parameters
     ----------
     values : (..., M, 4) or (..., M, 10) array
         At the vertices of every element, as from ``element_stress(..., at="vertices")``, or at all
         nodes of quadratic ones.
-    weights : (M,) array, optional
-        Weight of every element; its volume if not given. An element of weight 0 does not count.
 
     Returns
     -------
     (..., n) array
-        One value per vertex of the mesh, or per node of the space; NaN where no element with
-        weight touches it.
+        One value per vertex of the mesh, or per node of the space; NaN where no element
+        touches it.
     """
-    share = signed_volumes(space.mesh) if weights is None else np.asarray(weights, np.float64)
+    share = signed_volumes(space.mesh)
     each = values.shape[-1]
     elements = space.mesh.tets if each == 4 else space.elements
     n = space.mesh.points.shape[1] if each == 4 else space.node_count
-    if values.shape[-2:] != elements.shape[::-1] or share.shape != (elements.shape[1],):
-        raise ValueError(
-            f"values {values.shape} and weights {share.shape} do not fit {elements.shape[1]} "
-            f"elements"
-        )
+    if values.shape[-2:] != elements.shape[::-1]:
+        raise ValueError(f"values {values.shape} do not fit {elements.shape[1]} elements")
     index = elements.T.ravel()
     total = np.bincount(index, weights=np.repeat(share, each), minlength=n)
     rows = values.reshape(-1, elements.shape[1], each)
