@@ -76,7 +76,9 @@ def distance_grid(
     soup = None if closed else agreeing(winding_tree(tree))
     inside = marked_inside(corners, shape).view(np.bool_) if closed else np.zeros(shape, dtype=bool)
     result = np.full(shape, band, dtype=np.float32)
-    node = np.indices((_SIDE,) * 3).reshape(3, 1, -1)
+    # By cubes of four and of two nodes: neighbours that follow each other share a search.
+    node = np.indices((_SIDE,) * 3).reshape(3, *(2,) * 9)
+    node = node.transpose(0, 1, 4, 7, 2, 5, 8, 3, 6, 9).reshape(3, 1, -1)
     reach = band + 0.5 * 3.0**0.5 * (_SIDE - 1)  # from the middle of a brick
     for i in range(0, shape[0], _SIDE):
         j, k = np.meshgrid(*(np.arange(0, n, _SIDE) for n in shape[1:]), indexing="ij")
