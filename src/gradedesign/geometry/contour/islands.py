@@ -57,7 +57,8 @@ _DUST = 1e-6
 
 def islands_words(dropped: int, share: float) -> tuple[str, ...]:
     """Warning on solids that were left out, by their number and share of the volume."""
-    return (f"{dropped} floating islands were removed",) if share > _DUST else ()
+    words = "floating island was" if dropped == 1 else "floating islands were"
+    return (f"{dropped} {words} removed",) if share > _DUST else ()
 
 
 def remove_islands(

@@ -159,6 +159,7 @@ def _finish(
     files: dict[str, str] = {}
     warnings: list[str] = list(result.warnings)
     outputs = stated_outputs(case.output.formats, registry)
+    asked = "formats" in case.output.model_fields_set
 
     def current() -> RunResult:
         return replace(
@@ -174,7 +175,13 @@ def _finish(
         warnings += drawn(files)
         for output in outputs:
             if not output.last:
-                warnings += output.write(run)
+                before, told = len(files), list(output.write(run))
+                if asked and not told and len(files) == before:
+                    told = [
+                        f"the format '{output.name}' has written nothing: it shows what analyses "
+                        f"find, and this run made none; leave it out of [output] formats"
+                    ]
+                warnings += told
     files["result"] = RESULT_NAME
     result = stamped(out, case.part, result, printed)
     for output in outputs:
