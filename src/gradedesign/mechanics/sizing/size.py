@@ -269,8 +269,11 @@ def _analyse(
     responses: list[Response] = []
     used: list[float] = []
     slopes: list[float] = []
-    for k, limit in enumerate(limits):
-        if limit.by_gradient:
+    graded = [k for k, limit in enumerate(limits) if limit.by_gradient]
+    # No value of a limit is used more than its prediction: those out of reach need no derivative.
+    for k, chosen in zip(graded, _in_reach(np.array(utilisations)[graded]), strict=True):
+        limit = limits[k]
+        if chosen:
             predicted, memories[k] = limit.responses(state, memories[k])
             responses += predicted
             used += [limit.utilisation(response.value) for response in predicted]
