@@ -724,6 +724,18 @@ def test_a_large_lattice_has_its_stress_judged_by_submodels(monkeypatch):
     assert found.factors[STRESS] == pytest.approx(0.8568 / 0.7)
 
 
+def test_submodels_are_left_out_where_no_limit_is_on_stress(monkeypatch):
+    judge = Judge(monkeypatch, tets=LARGE, found=judged(0.96, 0.5))
+    judge.setup.limits = ()
+    found = judge.accept(an_iteration(1, 0.96, 0.5))
+    assert (found.acceptance.scope, found.acceptance.failed, found.holds) == ("none", False, True)
+    assert judge.limits_s == []
+    # Asked for by name they are made all the same.
+    judge = Judge(monkeypatch, tets=LARGE, asked="submodels", found=judged(0.96, 0.5))
+    judge.setup.limits = ()
+    assert judge.accept(an_iteration(1, 0.96, 0.5)).acceptance.scope == "submodels"
+
+
 def test_a_lattice_without_room_for_submodels_is_meshed_whole(monkeypatch):
     def none(*_, **__):
         raise NoSubmodelError("no submodel can be chosen")

@@ -140,10 +140,16 @@ def test_results_without_values_have_no_notes():
     failed = text_of(render_report(RunResult(status="failed", lightest=False, reason=""), {}, ""))
     for words in ("How values are taken", "Fully solid part", "what each number is"):
         assert words not in failed
-    none = scope_words({"scope": "none", "share_of_volume": 0.0, "submodels": []})
+    none = scope_words(
+        {"scope": "none", "share_of_volume": 0.0, "submodels": [], "limits": [{"unit": "MPa"}]}
+    )
     assert none.endswith(
         "no submodels were meshed again, since a limit is broken whatever they show"
     )
+    unstressed = scope_words(
+        {"scope": "none", "share_of_volume": 0.0, "submodels": [], "limits": [{"unit": "mm"}]}
+    )
+    assert unstressed.endswith("since no limit is on stress, which alone they judge")
     assert scope_words({}) == ""
 
 

@@ -132,7 +132,7 @@ def accept_design(
         announce.say("acceptance", "submodels wait for the last design: stress is far from its "
                      "limit, and a lighter design is looked for")  # fmt: skip
     else:
-        acceptance = _body_fitted(run, surface, analysed, whole, announce)
+        acceptance = _body_fitted(limits, run, surface, analysed, whole, announce)
     exported = (surface, islands, digest)
     return _accepted(limits, exported, iteration, analysed, whole, acceptance, postponed=waits)
 
@@ -142,7 +142,7 @@ def judge_stress(
 ) -> Accepted:
     """Have the submodels judge a design for which they were postponed."""
     done, whole = accepted, accepted.whole
-    acceptance = _body_fitted(run, done.surface, done.analysed, whole, announce)
+    acceptance = _body_fitted(limits, run, done.surface, done.analysed, whole, announce)
     exported = (done.surface, done.islands, done.sha256)
     return _accepted(limits, exported, done.iteration, done.analysed, whole, acceptance)
 
@@ -207,6 +207,7 @@ def _can_wait(iteration: DesignIteration, whole: WholeJudgement) -> bool:
 
 
 def _body_fitted(
+    limits: Sequence[Limit],
     run: RunSpec,
     surface: SurfaceMesh,
     analysed: Analysed,
@@ -215,12 +216,17 @@ def _body_fitted(
 ) -> Acceptance:
     """Mesh and analyse the surface again, whole or around its most stressed cells.
 
-    Stated budgets alone decide which of them: never the time that is left. Where no cell has room
-    for a submodel, as in parts of few cells, it is the whole surface, unless the case asks for
-    submodels by name. Where the whole surface cannot be meshed or solved, submodels judge, unless
-    the case asks for the whole by name; where neither can be made, the acceptance has failed.
+    Stated budgets alone decide which of them: never the time that is left. Submodels judge stress
+    alone, and are left out where no limit is on it, unless the case asks for them by name. Where no
+    cell has room for a submodel, as in parts of few cells, it is the whole surface, unless the case
+    asks for submodels by name. Where the whole surface cannot be meshed or solved, submodels judge,
+    unless the case asks for the whole by name; where neither can be made, the acceptance has
+    failed.
     """
     by_submodels = _judged_by_submodels(run, analysed)
+    if by_submodels and run.acceptance != "submodels" and not limits_stress(limits):
+        announce.say("acceptance", "submodels left out: no limit is on stress, which they judge")
+        return NO_SUBMODELS
     if by_submodels and (broken := _broken_anyhow(whole.rows)):
         announce.say("acceptance", f"submodels left out: {broken} is broken whatever they show")
         return NO_SUBMODELS

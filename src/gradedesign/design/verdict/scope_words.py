@@ -19,9 +19,13 @@ def scope_words(acceptance: Mapping[str, Any]) -> str:
         "by finite cells at two resolutions or more"
     )
     if acceptance["scope"] == "none":
-        return (
-            f"{basis}; no submodels were meshed again, since a limit is broken whatever they show"
+        stressed = any(entry["unit"] == "MPa" for entry in acceptance["limits"])
+        why = (
+            "a limit is broken whatever they show"
+            if stressed
+            else "no limit is on stress, which alone they judge"
         )
+        return f"{basis}; no submodels were meshed again, since {why}"
     if acceptance["scope"] == "whole":
         return (
             f"{basis}; an independent mesher meshed it again whole ({share}) for stress, and "
