@@ -101,6 +101,7 @@ def test_the_ratio_is_that_of_the_row_over_its_analysis():
 def test_share_of_the_part_counts_where_lattice_is():
     """Of 5 mm^3 of lattice 2 lie within the radius, beside a solid element there."""
     placed = SimpleNamespace(
+        members=False,
         material=None,
         law=SimpleNamespace(laws=(SimpleNamespace(local_stress=None),)),
         lattice_volumes=np.array([0.0, 2.0, 3.0]),

@@ -231,7 +231,7 @@ def test_every_long_command_shows_progress():
 @pytest.mark.parametrize(
     ("module", "names"),
     [
-        ("geometry.tets._quality_kernels", "label_pieces largest_cosine"),
+        ("geometry.tets._quality_kernels", "label_pieces"),
         ("geometry.triangles._tree_kernels", "number_nodes halve_nodes fill_boxes"),
         ("geometry.triangles._closest_kernels", "find_closest find_distance"),
         ("geometry.triangles._grid_kernels", "cross_lines fill_inside mark_near"),
