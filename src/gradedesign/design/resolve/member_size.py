@@ -11,8 +11,8 @@ from gradedesign.geometry.part.part_schema import PartSpec
 #: Least thickness of solid members over the edge of a cell: thinner ones are struts. Chosen, not
 #: measured.
 _OF_CELL = 0.25
-#: Edges of quadratic tetrahedra across a member, at least: with one of them the explicit displacement
-#: of `bracket` was 37 % above the first prediction, with 1.5 of them 8 %.
+#: Edges of quadratic tetrahedra across a member, at least: with one of them the explicit
+#: displacement of `bracket` was 37 % above the first prediction, with 1.5 of them 8 %.
 ACROSS = 1.5
 #: A thickness that is just enough may come out a rounding error less.
 _ROUNDING = 1e-9
