@@ -28,8 +28,9 @@ from gradedesign.mechanics.sizing.problem import (
 #: optima of designs that begin with a price weigh up to a fifth more. Iterations: chosen, not
 #: measured.
 STAGES = ((0.0, 0.0, 10), (3.0, 1.0, 8), (3.0, 4.0, 8), (3.0, 8.0, 8), (3.0, 16.0, 8))
-#: Share of solid that a first design begins with.
-_BEGINNING = 0.3
+#: Share of solid that a first design begins with, and where cells carry next to nothing, so that it
+#: must not begin far beyond its limits. Chosen, not measured.
+_BEGINNING, _BEGINNING_ALONE = 0.05, 0.3
 #: Radius of the filter of members over their least thickness: a ball of that radius lies inside a
 #: member where its filtered variable is a half at the surface. Chosen, not measured.
 _RADIUS = 1.25
@@ -83,10 +84,11 @@ def size_members(
     x, history = start, list[SizingStep]()
     if x is None:
         lo, hi = problem.bounds
+        beginning = _BEGINNING if hi > LEAST_MEMBER else _BEGINNING_ALONE
         x = np.concatenate(
             [
                 np.full(problem.filter.shape[1], np.sqrt(lo * hi)),
-                np.full(members.filter.shape[1], LEAST_MEMBER + _BEGINNING),
+                np.full(members.filter.shape[1], LEAST_MEMBER + beginning),
             ]
         )
     for price, sharpness, most in STAGES if start is None else STAGES[-1:]:
