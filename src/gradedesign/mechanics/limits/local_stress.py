@@ -8,20 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
-import numpy as np
-
-from gradedesign.arrays import BoolArray, locked
 from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
-from gradedesign.mechanics.limits.analysis import Analysis, PhaseStress, SubmodelStress
+from gradedesign.mechanics.limits.analysis import SubmodelStress
 from gradedesign.mechanics.limits.banded import Banded
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.limit import Limit, LimitKind, PlacedModel, StatedLimit
 from gradedesign.mechanics.limits.limits_schema import LimitsSpec
 from gradedesign.mechanics.limits.member_stress import PHASE, MemberStressLimit
+from gradedesign.mechanics.limits.percentile_limit import PercentileLimit
 from gradedesign.mechanics.limits.row import LimitRow
-from gradedesign.mechanics.limits.state import HomogenisedState, Predicted, Response
+from gradedesign.mechanics.limits.state import HomogenisedState, Response
 from gradedesign.mechanics.limits.volume_percentile import VolumePercentile, volume_percentile
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.material.scaling_law import ScalingLaw
@@ -32,72 +29,38 @@ _MOST_LEFT_OUT = 0.25
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class StressLimit(Limit):
-    """Von Mises stress in the solid material of the lattice, the largest of all load cases.
+class StressLimit(PercentileLimit):
+    """Von Mises stress in the solid material of the lattice, and of solids beside it.
 
     Attributes
     ----------
-    percentile : float
-        Volume percentile that is judged.
-    evaluated : (M,) bool array
-        Tetrahedra of the part outside the exclusion radius of supports.
     judged : float
-        Share of the lattice's region outside it.
+        Share of the lattice's region outside the exclusion radius.
     apart : tuple of str
         Phases that other limits judge.
     """
 
-    percentile: float
-    evaluated: BoolArray
     judged: float = 1.0
     apart: tuple[str, ...] = ()
 
-    unit: ClassVar[str] = "MPa"
-    needs_stress: ClassVar[bool] = True
-    by_gradient: ClassVar[bool] = True
-    scatter: ClassVar[float] = 1.03
+    def judges(self, phase: str) -> bool:
+        """Every phase that no other limit judges."""
+        return phase not in self.apart
 
-    def __post_init__(self) -> None:
-        object.__setattr__(
-            self, "evaluated", locked(self.evaluated, (None,), dtype=np.bool_, name="evaluated")
-        )
-
-    @property
-    def measure(self) -> str:
-        """The percentile by volume, outside the exclusion radius."""
-        return f"percentile {self.percentile:g} of the volume outside the exclusion radius"
-
-    def predict(self, state: HomogenisedState) -> Predicted:
-        """Volume percentile of the predicted local stress over the evaluated lattice, MPa.
-
-        The largest of the load cases, as explicit analyses are judged.
-        """
-        value, load_case = max(
-            (self._percentile(state, name).value, name) for name in state.load_cases
-        )
-        return Predicted(value=self.factor * value, load_case=load_case)
-
-    def responses(
-        self, state: HomogenisedState, memory: tuple[int, ...] = ()
-    ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
-        """The percentile in every load case, the largest first."""
-        found = [(self._percentile(state, name), name) for name in state.load_cases]
-        found.sort(key=lambda each: -each[0].value)
-        return tuple(self._response(state, *each) for each in found), memory
-
-    def _percentile(self, state: HomogenisedState, load_case: str) -> VolumePercentile:
-        weights = state.lattice_volumes * self.evaluated
+    def volume_percentile(self, state: HomogenisedState, load_case: str) -> VolumePercentile:
+        """Of the local stress in the solid of the lattice."""
         return volume_percentile(
             state.local_stress(load_case),
             state.effective_density,
-            weights,
+            state.lattice_volumes * self.evaluated,
             state.law,
             self.percentile,
         )
 
-    def _response(
+    def response(
         self, state: HomogenisedState, found: VolumePercentile, load_case: str
     ) -> Response:
+        """That percentile with its derivatives through local stress, densities and volumes."""
         by_displacement, by_density = state.through_local_stress(load_case, found.by_local)
         by_design = state.by_density(by_density)
         by_design += state.by_design(found.by_density, found.by_volume * self.evaluated)
@@ -107,31 +70,6 @@ class StressLimit(Limit):
             value=self.factor * found.value,
             by_displacement=self.factor * by_displacement,
             by_design=self.factor * by_design,
-        )
-
-    def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:
-        """The largest percentile of every phase, MPa."""
-        found: dict[str, list[tuple[str, PhaseStress]]] = {}
-        for name, measures in analysis.measures.items():
-            for each in measures:
-                if each.phase in self.apart:
-                    continue
-                found.setdefault(each.phase, []).append((name, each))
-        governing = {
-            phase: max(entries, key=lambda entry: (_decisive(entry[1]), entry[0]))
-            for phase, entries in found.items()
-        }
-        return tuple(
-            replace(
-                self.row(measure.value, judged_by, load_case=load_case),
-                key=replace(self.key, region=phase),
-                name=f"stress in {phase}",
-                phase=phase,
-                judged=analysis.judged_share,
-                band=measure.band,
-                largest=measure.maximum,
-            )
-            for phase, (load_case, measure) in governing.items()
         )
 
     def row(
@@ -154,11 +92,6 @@ class StressLimit(Limit):
         ]
         low, high = max(end[0] for end in ends), max(end[1] for end in ends)
         return Banded(value=high, low=low, high=high)
-
-
-def _decisive(measure: PhaseStress) -> float:
-    """The unfavourable end of the band; the value where there is none."""
-    return measure.value if measure.band is None else measure.band.high
 
 
 def allowed_stress(limits: LimitsSpec, material: Material) -> float | None:

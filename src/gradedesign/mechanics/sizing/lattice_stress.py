@@ -22,7 +22,7 @@ from gradedesign.mechanics.sizing.lattice_stiffness import as_stiffness, cell_st
 #: How often a Voigt component stands in its tensor.
 _TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
 #: Places of the Voigt components xx, yy, zz, yz, xz, xy in a tensor.
-_VOIGT = ((0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1))
+VOIGT_PLACES = ((0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -96,7 +96,7 @@ def stress_in_cells(
     """Voigt stress at the Gauss points in the axes of the cells, ``(6, M, 4)``, MPa."""
     strain = model.material.thermal_expansion * case.temperature_change
     tensor = element_stress(model.space, stiffness, displacement, thermal_strain=strain)
-    return in_cell_axes(model, tensor[_VOIGT])
+    return in_cell_axes(model, tensor[VOIGT_PLACES])
 
 
 def in_cell_axes(model: HomogenisedModel, stress: FloatArray) -> FloatArray:

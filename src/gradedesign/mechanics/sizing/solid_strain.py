@@ -10,9 +10,7 @@ from gradedesign.mechanics.fe.loads import stress_force
 from gradedesign.mechanics.fe.stiffness import IsotropicStiffness
 from gradedesign.mechanics.fe.stress import element_stress, element_von_mises
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
-
-#: Places of the Voigt components xx, yy, zz, yz, xz, xy in a tensor.
-_VOIGT = ((0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1))
+from gradedesign.mechanics.sizing.lattice_stress import VOIGT_PLACES
 
 
 def solid_stress(
@@ -40,7 +38,7 @@ def through_solid_stress(
     factor = np.zeros(size.shape)
     np.divide(3.0 * shear, size, out=factor, where=size > 0)
     each = by_stress[:, None] / size.shape[1]
-    return stress_force(model.space, deviator[_VOIGT] * factor * each)
+    return stress_force(model.space, deviator[VOIGT_PLACES] * factor * each)
 
 
 def _solid(model: HomogenisedModel) -> IsotropicStiffness:

@@ -1,0 +1,108 @@
+"""Limits on stress: a percentile by volume, the largest of all load cases."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from gradedesign.arrays import BoolArray, locked
+from gradedesign.mechanics.limits.analysis import Analysis, PhaseStress
+from gradedesign.mechanics.limits.limit import Limit
+from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.mechanics.limits.state import HomogenisedState, Predicted, Response
+from gradedesign.mechanics.limits.volume_percentile import VolumePercentile
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PercentileLimit(Limit):
+    """Von Mises stress in one phase or several, judged apart.
+
+    Attributes
+    ----------
+    percentile : float
+        Volume percentile that is judged.
+    evaluated : (M,) bool array
+        Tetrahedra of the part outside the exclusion radius of supports.
+    """
+
+    percentile: float
+    evaluated: BoolArray
+
+    unit: ClassVar[str] = "MPa"
+    needs_stress: ClassVar[bool] = True
+    by_gradient: ClassVar[bool] = True
+    scatter: ClassVar[float] = 1.03
+
+    def __post_init__(self) -> None:
+        object.__setattr__(
+            self, "evaluated", locked(self.evaluated, (None,), dtype=np.bool_, name="evaluated")
+        )
+
+    @property
+    def measure(self) -> str:
+        """The percentile by volume, outside the exclusion radius."""
+        return f"percentile {self.percentile:g} of the volume outside the exclusion radius"
+
+    @abstractmethod
+    def volume_percentile(self, state: HomogenisedState, load_case: str) -> VolumePercentile:
+        """The predicted percentile of one load case, MPa, with its derivatives."""
+
+    @abstractmethod
+    def response(
+        self, state: HomogenisedState, found: VolumePercentile, load_case: str
+    ) -> Response:
+        """That percentile with its derivatives by displacements and by the design."""
+
+    @abstractmethod
+    def judges(self, phase: str) -> bool:
+        """Whether it judges a phase of the printed solid."""
+
+    def predict(self, state: HomogenisedState) -> Predicted:
+        """Volume percentile of the predicted stress over the evaluated volume, MPa.
+
+        The largest of the load cases, as explicit analyses are judged.
+        """
+        value, load_case = max(
+            (self.volume_percentile(state, name).value, name) for name in state.load_cases
+        )
+        return Predicted(value=self.factor * value, load_case=load_case)
+
+    def responses(
+        self, state: HomogenisedState, memory: tuple[int, ...] = ()
+    ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
+        """The percentile in every load case, the largest first."""
+        found = [(self.volume_percentile(state, name), name) for name in state.load_cases]
+        found.sort(key=lambda each: -each[0].value)
+        return tuple(self.response(state, *each) for each in found), memory
+
+    def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:
+        """The largest percentile of every phase that it judges, MPa."""
+        found: dict[str, list[tuple[str, PhaseStress]]] = {}
+        for name, measures in analysis.measures.items():
+            for each in measures:
+                if self.judges(each.phase):
+                    found.setdefault(each.phase, []).append((name, each))
+        governing = {
+            phase: max(entries, key=lambda entry: (_decisive(entry[1]), entry[0]))
+            for phase, entries in found.items()
+        }
+        return tuple(
+            replace(
+                self.row(measure.value, judged_by, load_case=load_case),
+                key=replace(self.key, region=phase),
+                name=f"stress in {phase}",
+                phase=phase,
+                judged=analysis.judged_share,
+                band=measure.band,
+                largest=measure.maximum,
+            )
+            for phase, (load_case, measure) in governing.items()
+        )
+
+
+def _decisive(measure: PhaseStress) -> float:
+    """The unfavourable end of the band; the value where there is none."""
+    return measure.value if measure.band is None else measure.band.high
