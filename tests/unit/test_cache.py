@@ -10,8 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+import gradedesign
 from gradedesign.common.system import cache
 from gradedesign.common.system.cache import content_key, load_arrays, store_arrays
+from gradedesign.common.system.program_key import program_key
 from gradedesign.errors import CaseError
 
 KEY = content_key("some question")
@@ -110,6 +112,18 @@ def test_different_values_have_different_keys():
     ]  # fmt: skip
     keys = [content_key(*value) for value in values]
     assert len(set(keys)) == len(keys)
+
+
+def test_any_file_of_the_package_is_in_the_key_of_the_program(tmp_path, monkeypatch):
+    """However deep it lies: answers of other code are not used again."""
+    deep = tmp_path / "package" / "wing" / "room" / "concept.py"
+    deep.parent.mkdir(parents=True)
+    monkeypatch.setattr(gradedesign, "__file__", str(tmp_path / "package" / "__init__.py"))
+    keys = []
+    for text in ("A = 1", "A = 2", "A = 1"):
+        deep.write_text(text)
+        keys.append(program_key.__wrapped__())
+    assert keys[0] == keys[2] != keys[1]
 
 
 def test_equal_values_have_equal_keys_across_versions():

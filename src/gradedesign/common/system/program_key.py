@@ -5,11 +5,12 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
+import gradedesign
 from gradedesign.common.system.cache import content_key
 
 
 @cache
 def program_key() -> str:
-    """Content key of the program: what another version computed is not this one's answer."""
-    root = Path(__file__).parents[1]
+    """Content key of the whole package: what another version computed is not this one's answer."""
+    root = Path(gradedesign.__file__).parent
     return content_key(*(path.read_bytes() for path in sorted(root.rglob("*.py"))))
