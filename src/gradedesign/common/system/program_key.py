@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 from functools import cache
 from pathlib import Path
 
-import gradedesign
 from gradedesign.common.system.cache import content_key
 
 
 @cache
 def program_key() -> str:
     """Content key of the whole package: what another version computed is not this one's answer."""
-    root = Path(gradedesign.__file__).parent
+    package = sys.modules[__name__.partition(".")[0]]
+    root = Path(str(package.__file__)).parent
     return content_key(*(path.read_bytes() for path in sorted(root.rglob("*.py"))))
