@@ -30,6 +30,7 @@ grading = "uniform"
 {lattice}
 {zones}
 [run]
+price = false
 analysis = "finite-cells"
 elements_per_wall = 0.7
 max_iterations = 1

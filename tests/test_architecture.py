@@ -169,7 +169,7 @@ def crossing_names():
 
 #: Names that cross the walls of rooms: fewer is a house understood sooner. Lower it where it falls.
 #: Natural frequencies and solid members, whose stages are sizing, bodies and rows, brought ten.
-CROSSING = 1027
+CROSSING = 1031
 
 
 def test_rooms_have_doors_and_few_other_names_cross_their_walls():

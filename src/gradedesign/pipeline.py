@@ -8,13 +8,15 @@ the case states the density of its lattice, nothing is sought: part, lattice, pr
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
 from functools import cache, partial
 from pathlib import Path
 
+from gradedesign.common.system.limits import Deadline
 from gradedesign.common.system.progress import Listener, ignore
 from gradedesign.design.case.schema import Case
+from gradedesign.design.check.price import PricedBody, price_of_lattice, why_lattice
 from gradedesign.design.loop.accepted import Accepted, accept_design, judge_stress
 from gradedesign.design.loop.analysed import Analysed, analyse_cells
 from gradedesign.design.loop.announce import Announcer
@@ -26,7 +28,7 @@ from gradedesign.design.loop.iteration import DesignIteration, run_iteration
 from gradedesign.design.loop.iteration_steps import SizingPlan, design_filter, size_design
 from gradedesign.design.loop.loop import Progress, run_loop
 from gradedesign.design.loop.loop_stages import Stages
-from gradedesign.design.loop.run_cost import RunCost
+from gradedesign.design.loop.run_cost import RunCost, no_time_for_more
 from gradedesign.design.loop.stated_print import stated_print
 from gradedesign.design.resolve.design_model import DesignModel, prepare
 from gradedesign.design.resolve.fitting_part import fitting_part
@@ -205,7 +207,7 @@ def loop(
     model: DesignModel, registry: Registry, out: RunFolder, announce: Announcer, cost: RunCost
 ) -> RunResult:
     """Run the loop on a prepared part, from where an earlier run stopped, and write the verdict."""
-    plan, key = model.plan, design_key(model)
+    plan, case, key = model.plan, model.plan.case, design_key(model)
     iterations = load_iterations(out, key)
     for iteration in iterations:
         announce.iteration(iteration, resumed=True)
@@ -219,10 +221,33 @@ def loop(
     result = verdict_result(
         model, registry, outcome.iterations, outcome.accepted, outcome.ended, shown
     )
-    result = with_print_limits(result, plan.case.print, shown.printability, plan.material)
-    result = replace(result, predicted=cost.data())
+    result = with_print_limits(result, case.print, shown.printability, plan.material)
+    bodies: tuple[PricedBody, ...] = ()
+    if case.run.price:
+        price, deadline = partial(price_of_lattice, model), cost.deadline(outcome.iterations)
+        bodies = _priced(price, out, key, announce, deadline)
+    result = replace(result, predicted=cost.data(), bodies=bodies, why_lattice=why_lattice(bodies))
     computed = Computed(shown=shown, iterations=outcome.iterations)
     return write_outputs(out, model, registry, result, announce, computed)
+
+
+def _priced(
+    price: Callable[[Callable[[], str]], tuple[PricedBody, ...]],
+    out: RunFolder,
+    key: str,
+    announce: Announcer,
+    deadline: Deadline,
+) -> tuple[PricedBody, ...]:
+    """Other bodies at the same limits; what an interrupted run has sized is not sized again."""
+    stored = out.load_stage("price", key)
+    if stored is not None:
+        return tuple(PricedBody(**body) for body in stored[1]["bodies"])
+    why_not = partial(no_time_for_more, deadline, deadline.elapsed())
+    with announce.stage("price"):
+        bodies = price(why_not)
+    if not why_not():
+        out.save_stage("price", key, {}, {"bodies": [asdict(body) for body in bodies]})
+    return bodies
 
 
 def loop_stages(

@@ -31,6 +31,7 @@ cell = "gyroid-sheet"
 size = "8 mm"
 density = [0.45, 0.60]
 [run]
+price = false
 elements_per_wall = 1.0
 [output]
 formats = ["stl"]

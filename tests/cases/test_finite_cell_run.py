@@ -31,6 +31,7 @@ overhang_angle = "40 deg"
 thickness = "0.1 mm"
 islands = 100000
 [run]
+price = false
 analysis = "finite-cells"
 acceptance = "whole"
 [output]

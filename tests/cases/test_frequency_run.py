@@ -22,6 +22,8 @@ cell = "gyroid-sheet"
 size = "8 mm"
 density = [0.3, 0.7]
 size_effects = false
+[run]
+price = false
 [output]
 formats = ["stl"]
 """

@@ -22,6 +22,7 @@ size = "8 mm"
 density = [0.3, 0.7]
 PHASES
 [run]
+price = false
 RUN
 [output]
 formats = ["stl"]

@@ -1,6 +1,7 @@
 """The plain method in a whole run: built, analysed, accepted, scaled by what was measured."""
 
 import json
+from html import unescape
 
 import pytest
 from small_parts import SHORT_BAR
@@ -86,5 +87,11 @@ def test_a_run_ends_met_on_its_whole_surface(tmp_path, cli):
     first = {limit["name"]: limit for limit in result["iterations"][0]["limits"]}
     assert abs(first["displacement of tip magnitude"]["discrepancy"]) > 0.05
     assert "sized by stress-to-density" in " ".join(out.split())
+    # What else would hold the limits, by the verdict and in the file.
+    (asked,) = (body for body in result["bodies"] if body["asked"])
+    assert asked["name"] == "stress mapped to density"
+    assert asked["mass_g"] == pytest.approx(result["mass_g"], rel=0.2)
+    assert result["why_lattice"] in " ".join(out.split())
     report = (tmp_path / "case" / "r" / "report.html").read_text(encoding="utf-8")
+    assert result["why_lattice"] in unescape(report)
     assert "<td>method</td><td>stress-to-density</td>" in report.replace("\n", "")

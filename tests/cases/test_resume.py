@@ -31,6 +31,7 @@ density = [0.45, 0.60]
 size_effects = false
 [run]
 max_iterations = 2
+price = false
 elements_per_wall = 1.0
 [output]
 formats = ["report"]
@@ -140,7 +141,8 @@ def test_a_run_whose_surface_cannot_be_written_keeps_its_rows(cli, tmp_path, mon
 @pytest.mark.usefixtures("undrawn")
 def test_a_run_that_time_ended_goes_on_with_more_of_it_and_then_no_further(cli, tmp_path):
     case = tmp_path / "case.toml"
-    case.write_text(CASE.replace("[run]", '[run]\ntime = "1 s"'), encoding="utf-8")
+    text = CASE.replace("[run]", '[run]\ntime = "1 s"').replace("price = false", "")
+    case.write_text(text, encoding="utf-8")
     run = tmp_path / "run"
     short = cli("run", tmp_path, "-o", run)
     assert short.code == 4, short.err
@@ -148,6 +150,9 @@ def test_a_run_that_time_ended_goes_on_with_more_of_it_and_then_no_further(cli, 
     assert "more allow another iteration" in one_line(short.out)
     result = json.loads((run / "result.json").read_text(encoding="utf-8"))
     assert (result["ended_by"], len(result["iterations"])) == ("time", 1)
+    solid, *others = result["bodies"]
+    assert (solid["mass_g"], solid["note"]) == (result["solid_mass_g"], "")
+    assert {body["note"] for body in others} == {"left out: 0 of 1 s of [run] time are left"}
     # No acceptance judged it: bands come from two resolutions of the explicit analysis.
     (row,) = result["limits"]
     assert row["decisive"] == row["band"]["high"] > row["value"]
@@ -164,6 +169,7 @@ def test_a_run_that_time_ended_goes_on_with_more_of_it_and_then_no_further(cli, 
 
     assert "nothing is run" in one_line(cli("run", tmp_path, "-o", run, "--resume").out)
 
+    # Without other bodies it is the same case.
     case.write_text(CASE, encoding="utf-8")
     longer = cli("run", tmp_path, "-o", run, "--resume")
     assert longer.code == 4

@@ -37,6 +37,7 @@ skin = [
 ]
 joint_radius = "0.8 mm"
 [run]
+price = false
 analysis = "finite-cells"
 acceptance = "whole"
 max_iterations = 2

@@ -37,6 +37,7 @@ size = "8 mm"
 grading = "uniform"
 density = [0.4, 0.5]
 [run]
+price = false
 acceptance = "{scope}"
 max_iterations = 1
 [output]

@@ -27,6 +27,7 @@ size = "8 mm"
 density = [0.4, 0.7]
 grading = "uniform"
 [run]
+price = false
 analysis = "finite-cells"
 acceptance = "whole"
 max_iterations = 2

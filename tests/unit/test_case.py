@@ -269,6 +269,7 @@ def test_a_case_with_more_time_or_memory_or_other_files_is_the_same_case(load):
         ('time = "20 min"', 'time = "40 min"'),
         ('memory = "8 GB"', 'memory = "16 GB"'),
         ("max_iterations = 6", "max_iterations = 9"),
+        ("max_iterations = 6", "max_iterations = 6\nprice = false"),
         # or that an exporter stopped: its iterations are worth keeping
         ('["stl", "vtu", "report"]', '["vtu", "ply"]'),
     ):

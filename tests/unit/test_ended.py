@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from gradedesign.design.check.price import PricedBody
 from gradedesign.design.loop import saturation
 from gradedesign.design.loop.ended import TIGHT_END, Ended, enclosed_end
 from gradedesign.design.loop.iteration_row import Iteration, LimitIteration
@@ -283,6 +284,8 @@ STORED = RunResult(
     plugins=("p 1.0",),
     timing_s={"iteration": 3.0},
     budget={"time_s": 1200.0, "max_iterations": 1},
+    bodies=(PricedBody(name="uniform lattice", mass_g=3.5, largest_utilisation=0.99),),
+    why_lattice="it fills the part",
     case_hash="same",
     case_name="bar",
 )

@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 import jinja2
 import pytest
 
+from gradedesign.design.check.price import PricedBody
 from gradedesign.design.loop.iteration_row import Iteration, LimitIteration
 from gradedesign.design.verdict.result import RunResult
 from gradedesign.mechanics.limits.banded import Banded
@@ -146,6 +147,12 @@ RESULT = RunResult(
     versions={"gradedesign": "0.1.0"},
     plugins=("acme 1.2",),
     timing_s={"iteration": 33.0},
+    bodies=(
+        PricedBody(name="uniform lattice", mass_g=14.25, largest_utilisation=0.998),
+        PricedBody(name="graded lattice", mass_g=11.75, largest_utilisation=0.999, asked=True),
+        PricedBody(name="solid and void", mass_g=None, largest_utilisation=None, note="no <time>"),
+    ),
+    why_lattice="lattice fills the part",
 )
 
 
@@ -216,6 +223,18 @@ def test_limits_have_one_value_the_end_of_the_band_that_is_used(html):
     # The expected value stands with what the verdict rests on.
     assert "41.23" not in html[: html.index("<h2>What the verdict rests on")]
     assert "41.23 MPa" in html
+
+
+def test_other_bodies_at_the_same_limits_stand_beside_the_one_that_was_built(html):
+    words = text_of(html)
+    built = "the one that was built and accepted weighs 12.35 g by its file. No other was built."
+    assert built in words.replace("\xa0", " ")
+    assert "uniform lattice 14.25 99.8% graded lattice 11.75 99.9% asked for" in words
+    assert "solid and void – – no <time>" in words
+    assert "lattice fills the part" in words
+    broken = render_report(replace(RESULT, status="not_met"), {}, "")
+    assert "built and accepted" not in broken
+    assert "Price of lattice" not in render_report(replace(RESULT, bodies=()), {}, "")
 
 
 def test_what_an_engineer_signs_comes_first(html):

@@ -14,6 +14,7 @@ from small_parts import SHORT_BAR
 import gradedesign
 from gradedesign.design.acceptance.body import Body
 from gradedesign.design.acceptance.body_comparison import BodyComparison
+from gradedesign.design.check.price import PricedBody
 from gradedesign.design.loop.iteration_row import Iteration, LimitIteration
 from gradedesign.design.loop.predicted_cost import CostPrediction
 from gradedesign.design.verdict.result import RunResult
@@ -58,6 +59,7 @@ def test_top_level_keys_are_those_of_the_page():
         ("limits[]", LimitRow, {"decisive", "utilisation", "passed"}),
         ("limits[].key", LimitKey, set()),
         ("limits[].band", Banded, set()),
+        ("bodies[]", PricedBody, set()),
         ("iterations[]", Iteration, set()),
         ("iterations[].limits[]", LimitIteration, set()),
         ("measures.<load case>.<phase>", StressMeasure, set()),

@@ -47,7 +47,7 @@ def suite(tmp_path, monkeypatch):
     (tmp_path / "no-expectations").mkdir()
     (tmp_path / "no-expectations" / "case.toml").write_text("")
     results = {"one": dict(DATA), "two": dict(DATA)}
-    monkeypatch.setattr(module, "run_data", lambda folder, *_: results[folder.name])
+    monkeypatch.setattr(module, "run_data", lambda folder, *_, **__: results[folder.name])
     return tmp_path, results
 
 

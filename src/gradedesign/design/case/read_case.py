@@ -347,9 +347,9 @@ def _body_files(*places: PlaceSpec) -> list[Path]:
 def case_hash(content: Table, file: Path, *read: Path | None) -> str:
     """Hash of a case's content and of the files it is read from, whatever its place and spelling.
 
-    Budgets of time, memory and iterations do not count, nor do the formats that are written: with
-    more of them, or without one that cannot be written, a run that ended early resumes from the
-    stages it finished.
+    Budgets of time, memory and iterations do not count, nor do the price of other bodies and the
+    formats that are written: with more of them, or without one that cannot be written, a run that
+    ended early resumes from the stages it finished.
 
     Parameters
     ----------
@@ -370,7 +370,7 @@ def case_hash(content: Table, file: Path, *read: Path | None) -> str:
         exclude={
             "output": True,
             "part": {"file"},
-            "run": {"time", "memory", "max_iterations"},
+            "run": {"time", "memory", "max_iterations", "price"},
             "lattice": {
                 "own_cell": {"file"},
                 "orientation": {"vtu"},

@@ -13,6 +13,7 @@ from gradedesign.common.values.suggest import instead, shown
 from gradedesign.common.values.table import Table
 from gradedesign.common.values.value_types import (
     Choice,
+    Flag,
     JsonSchema,
     Number,
     Quantity,
@@ -127,6 +128,9 @@ class RunSpec(Table):
     """Submodels analysed for acceptance."""
     explicit_mesh_size: Size | None = Field(default=None, examples=["0.3 mm"])
     """Grid spacing of the explicit mesh in mm, instead of ``elements_per_wall``."""
+    price: Annotated[bool, Flag()] = True
+    """Whether the verdict states what other bodies would weigh at the same limits: each is sized
+    once, and sizings that the cache holds are not repeated."""
 
     @property
     def states_resolution(self) -> bool:

@@ -6,7 +6,7 @@ and void nothing is built: its void is a lattice of hardly any stiffness and mas
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -67,7 +67,7 @@ class PricedBody:
     ----------
     mass_g : float or None
         With what is solid in any case; None where there is none.
-    utilisation : float or None
+    largest_utilisation : float or None
         Of the most used limit.
     asked : bool
         Whether it is the one that the case asks for.
@@ -77,18 +77,27 @@ class PricedBody:
 
     name: str
     mass_g: float | None
-    utilisation: float | None
+    largest_utilisation: float | None
     asked: bool = False
     note: str = ""
 
+    @property
+    def words(self) -> str:
+        """Whether it is asked for, and its note."""
+        return "; ".join(filter(None, ("asked for" if self.asked else "", self.note)))
 
-def price_of_lattice(model: DesignModel) -> tuple[PricedBody, ...]:
+
+def price_of_lattice(
+    model: DesignModel, why_not: Callable[[], str] = str
+) -> tuple[PricedBody, ...]:
     """Predicted masses of other bodies, and of the one that the case asks for, at its limits.
 
     Parameters
     ----------
     model : DesignModel
         With its size effects.
+    why_not : callable
+        Asked before every body: why it is left out, empty where it is not.
     """
     part, plan, case = model.homogenised, model.plan, model.plan.case
     density = part.material.density * 1e6
@@ -104,13 +113,16 @@ def price_of_lattice(model: DesignModel) -> tuple[PricedBody, ...]:
         cells=replace(model.cells, bounds=(0.9 * _VOID, _VOID), zoning=None),
         limits=tuple(limit for limit in model.limits if not limit.needs_stress),
     )
-    bodies = [PricedBody(name="part as modelled", mass_g=solid, utilisation=used)]
+    bodies = [PricedBody(name="part as modelled", mass_g=solid, largest_utilisation=used)]
     for name, keys in _BODIES.items():
         if case.lattice.grading == "uniform":
             keys = {"grading": "level", **keys}
         asked = name != _VOID_BODY and all(
             getattr(case.lattice, key) == value for key, value in keys.items() if key != _SIZE
         )
+        if reason := why_not():
+            bodies.append(_none(name, reason, asked=asked))
+            continue
         report_step(f"sizing: {name}")
         try:
             other = model if name != _VOID_BODY else void
@@ -123,16 +135,14 @@ def price_of_lattice(model: DesignModel) -> tuple[PricedBody, ...]:
             )
             sized = size_design(other, Correction(), {}, design_filter(other), settings)
         except GradeDesignError as error:
-            bodies.append(
-                PricedBody(name=name, mass_g=None, utilisation=None, asked=asked, note=str(error))
-            )
+            bodies.append(_none(name, str(error), asked=asked))
             continue
         last = sized.history[-1]
         bodies.append(
             PricedBody(
                 name=name,
                 mass_g=passive + last.mass_g,
-                utilisation=last.utilisation,
+                largest_utilisation=last.utilisation,
                 asked=asked,
                 note=_NOTES.get(name, "") if sized.feasible else "a limit is broken",
             )
@@ -140,9 +150,15 @@ def price_of_lattice(model: DesignModel) -> tuple[PricedBody, ...]:
     return tuple(bodies)
 
 
+def _none(name: str, why: str, *, asked: bool) -> PricedBody:
+    return PricedBody(name=name, mass_g=None, largest_utilisation=None, asked=asked, note=why)
+
+
 def why_lattice(bodies: Sequence[PricedBody]) -> str:
     """One sentence on the body that the case asks for beside the lightest that holds."""
-    holding = {b.name: b for b in bodies if b.mass_g is not None and not (b.utilisation or 0) > 1.0}
+    holding = {
+        b.name: b for b in bodies if b.mass_g is not None and not (b.largest_utilisation or 0) > 1.0
+    }
     own = next((body for body in bodies if body.asked), None)
     if own is None or own.mass_g is None:
         return ""

@@ -23,6 +23,9 @@ from gradedesign.design.loop.run_work import run_work
 from gradedesign.design.loop.solver_room import require_solver_takes
 from gradedesign.design.resolve.design_model import DesignModel
 
+#: Share of the time budget that what is no part of the verdict leaves. Chosen, not measured.
+_KEPT = 0.05
+
 
 @dataclass(slots=True, kw_only=True)
 class RunCost:
@@ -133,6 +136,17 @@ class RunCost:
         """Plain data for result.json."""
         predictions = {"at_start": self.before, "after_first_iteration": self.after}
         return {name: asdict(cost) for name, cost in predictions.items() if cost is not None}
+
+
+def no_time_for_more(deadline: Deadline, began: float) -> str:
+    """Why no more is computed beside the verdict, which is known; empty where there is time.
+
+    ``began``, s on the deadline's clock, is when that was begun.
+    """
+    left, spent = deadline.remaining(), deadline.elapsed() - began
+    if left > max(spent, _KEPT * deadline.seconds):
+        return ""
+    return f"left out: {left:.0f} of {deadline.seconds:.0f} s of [run] time are left"
 
 
 def _learned_cost(work: RunWork, iteration: DesignIteration) -> CostPrediction:

@@ -9,6 +9,7 @@ from pathlib import Path
 from textwrap import shorten
 from typing import Any
 
+from gradedesign.design.check.price import PricedBody
 from gradedesign.design.loop.iteration_row import Iteration, iteration_from_json
 from gradedesign.mechanics.limits.row import LimitRow, row_from_json
 
@@ -60,6 +61,11 @@ class RunResult:
         after it.
     budget : mapping
         Time and iterations that the run was allowed.
+    bodies : tuple of PricedBody
+        What others would weigh at the same limits, as sizing predicts; empty before a verdict, and
+        where the case leaves them out.
+    why_lattice : str
+        One sentence on the body that the case asks for beside the others.
     repairs : mapping of str to int
         What was changed in the surface of the part's file, counted; empty where nothing was.
     file_bodies : tuple of mapping
@@ -102,6 +108,8 @@ class RunResult:
     timing_s: Mapping[str, float] = field(default_factory=dict)
     predicted: Mapping[str, Any] = field(default_factory=dict)
     budget: Mapping[str, float] = field(default_factory=dict)
+    bodies: tuple[PricedBody, ...] = ()
+    why_lattice: str = ""
     repairs: Mapping[str, int] = field(default_factory=dict)
     file_bodies: tuple[Mapping[str, str], ...] = ()
     symmetry: Mapping[str, Any] = field(default_factory=dict)
@@ -158,6 +166,7 @@ def from_json(data: Mapping[str, Any]) -> RunResult:
     for name in ("limits", "solid"):
         plain[name] = tuple(row_from_json(row) for row in data.get(name, ()))
     plain["iterations"] = tuple(iteration_from_json(entry) for entry in data["iterations"])
+    plain["bodies"] = tuple(PricedBody(**entry) for entry in data.get("bodies", ()))
     for name in ("yields", "warnings", "plugins"):
         plain[name] = tuple(data[name])
     for name in ("file_bodies", "load_cases"):

@@ -25,6 +25,7 @@ from gradedesign.program.commands.show import (
     print_warnings,
     without_noise,
 )
+from gradedesign.program.commands.show_answer import print_bodies
 from gradedesign.program.host.read_case import load_case
 from gradedesign.program.outputs.files import RESULT_NAME
 from gradedesign.program.store.manifest import read_manifest
@@ -154,6 +155,11 @@ def print_verdict(result: RunResult) -> None:
             f"({result.relative_density:.1%}){lattice}",
             hang=2,
         )
+    print_bodies(
+        result.bodies,
+        result.why_lattice,
+        accepted_g=result.mass_g if result.status == "met" else None,
+    )
     if result.symmetry:
         print_text(symmetry_words(result), hang=2)
     if result.acceptance:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from gradedesign.mechanics.limits.verdict import why_infeasible
@@ -9,6 +11,7 @@ from gradedesign.program.commands.show import print_table, print_text
 
 if TYPE_CHECKING:
     from gradedesign.design.check.first_answer import FirstAnswer
+    from gradedesign.design.check.price import PricedBody
 
 
 def answer_data(answer: FirstAnswer) -> dict[str, Any]:
@@ -37,17 +40,8 @@ def answer_data(answer: FirstAnswer) -> dict[str, Any]:
             "mean_density": answer.sized_density,
             "largest_utilisation": answer.sized_utilisation,
         },
-        "bodies": [
-            {
-                "name": body.name,
-                "mass_g": body.mass_g,
-                "largest_utilisation": body.utilisation,
-                "asked": body.asked,
-                "note": body.note or None,
-            }
-            for body in answer.bodies
-        ],
-        "why_lattice": answer.why_lattice or None,
+        "bodies": [asdict(body) for body in answer.bodies],
+        "why_lattice": answer.why_lattice,
     }
 
 
@@ -86,28 +80,32 @@ def print_answer(answer: FirstAnswer) -> None:
     if not answer.feasible:
         print_text(f"INFEASIBLE: {_why_infeasible(answer)}", hang=2)
         return
-    _print_bodies(answer)
+    print_bodies(answer.bodies, answer.why_lattice)
     print_text("no lattice was analysed: a run judges these limits on the printed solid", hang=2)
 
 
-def _print_bodies(answer: FirstAnswer) -> None:
-    """Print what other bodies would weigh."""
+def print_bodies(
+    bodies: Sequence[PricedBody], why_lattice: str, *, accepted_g: float | None = None
+) -> None:
+    """Print what other bodies would weigh, and the mass of the one that was built and accepted."""
+    if not bodies:
+        return
+    built = "" if accepted_g is None else f"; the accepted one weighs {accepted_g:.4g} g"
     print_table(
-        "Bodies that hold the same limits, predicted on the homogenised part",
-        ("body", "mass g", "most used limit", "asked for", "note"),
+        f"Bodies that hold the same limits, predicted on the homogenised part{built}",
+        ("body", "mass g", "most used limit", "note"),
         [
             (
                 body.name,
-                "none" if body.mass_g is None else f"{body.mass_g:.4g}",
-                "" if body.utilisation is None else f"{body.utilisation:.1%}",
-                "yes" if body.asked else "",
-                body.note,
+                "-" if body.mass_g is None else f"{body.mass_g:.4g}",
+                "-" if body.largest_utilisation is None else f"{body.largest_utilisation:.1%}",
+                body.words,
             )
-            for body in answer.bodies
+            for body in bodies
         ],
     )
-    if answer.why_lattice:
-        print_text(answer.why_lattice, hang=2)
+    if why_lattice:
+        print_text(why_lattice, hang=2)
 
 
 def _why_infeasible(answer: FirstAnswer) -> str:

@@ -63,7 +63,7 @@ def validate(
     with ProgressLines("validate", err=True, events=False) as progress:
         for folder in counted(chosen, "case", len(chosen)):
             expected = read_expected(folder / "expected.toml")
-            data = run_data(folder, registry, progress)
+            data = run_data(folder, registry, progress, price=any(map(_of_bodies, expected)))
             name = folder.resolve().name
             compared = [compare(name, key, spec, data) for key, spec in expected.items()]
             comparisons += compared
@@ -132,11 +132,22 @@ def matches(name: str, expression: str) -> bool:
     )
 
 
-def run_data(folder: Path, registry: Registry, on_event: Listener = ignore) -> dict[str, Any]:
-    """Run a case in a temporary run folder; what result.json holds, also of a failure."""
+def _of_bodies(quantity: str) -> bool:
+    """Whether a quantity is one of other bodies, which no verdict rests on."""
+    return quantity.split(".")[0] in ("bodies", "why_lattice")
+
+
+def run_data(
+    folder: Path, registry: Registry, on_event: Listener = ignore, *, price: bool = False
+) -> dict[str, Any]:
+    """Run a case in a temporary run folder; what result.json holds, also of a failure.
+
+    Other bodies are sized only for their ``price``.
+    """
+    values = {} if price else {"run.price": False}
     with scratch_folder("validate") as temporary:
         try:
-            case = load_case(folder / "case.toml", registry=registry)
+            case = load_case(folder / "case.toml", registry=registry, values=values)
             return result_data(
                 run_case(case, registry, folder=temporary / "run", on_event=on_event)
             )

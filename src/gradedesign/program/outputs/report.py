@@ -45,8 +45,8 @@ _ENDED = {
 
 #: Stages that follow each other; others are parts of these.
 _STAGES = (
-    "part", "solid", "iteration", "explicit", "acceptance", "printed", "density", "lattice",
-    "output",
+    "part", "solid", "iteration", "explicit", "acceptance", "printed", "price", "density",
+    "lattice", "output",
 )  # fmt: skip
 
 _PICTURES = {

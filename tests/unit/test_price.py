@@ -1,0 +1,68 @@
+"""What other bodies would weigh, as the verdict of a run states it."""
+
+import time
+from functools import partial
+
+import pytest
+
+from gradedesign import pipeline
+from gradedesign.common.system.limits import Deadline
+from gradedesign.common.system.progress import ignore
+from gradedesign.design.check.price import PricedBody, why_lattice
+from gradedesign.design.loop.announce import Announcer
+from gradedesign.program.store.run_folder import open_run_folder
+
+NAMES = ("uniform lattice", "graded lattice")
+
+
+@pytest.fixture
+def priced(tmp_path):
+    """Bodies that a run with some seconds left states, and how often any was sized so far."""
+    sized = []
+
+    def price(takes, why_not):
+        bodies = []
+        for name in NAMES:
+            note = why_not()
+            if not note:
+                sized.append(name)
+                time.sleep(takes)
+            bodies.append(PricedBody(name=name, mass_g=None, largest_utilisation=None, note=note))
+        return tuple(bodies)
+
+    def call(*, seconds=1000.0, takes=0.0):
+        announce, deadline = Announcer(ignore), Deadline(seconds)
+        with open_run_folder(tmp_path / "run", "same", resume=True, overwrite=False) as out:
+            bodies = pipeline._priced(partial(price, takes), out, "key", announce, deadline)
+        return [body.note for body in bodies], len(sized)
+
+    return call
+
+
+def test_a_resumed_run_does_not_size_other_bodies_again(priced):
+    assert priced() == (["", ""], 2)
+    assert priced() == (["", ""], 2)
+
+
+def test_without_time_they_are_left_out_and_a_resumed_run_sizes_them(priced):
+    notes, count = priced(seconds=0.3, takes=0.2)
+    assert notes == ["", "left out: 0 of 0 s of [run] time are left"]
+    assert count == 1
+    assert priced() == (["", ""], 3)
+
+
+def test_the_sentence_compares_with_bodies_that_hold():
+    def body(name, mass, used=0.99, *, asked=False):
+        return PricedBody(name=name, mass_g=mass, largest_utilisation=used, asked=asked)
+
+    own = body("graded lattice", 10.0, asked=True)
+    broken = body("lattice and solid", 8.0, 1.2)
+    void = body("solid and void", 5.0)
+    assert why_lattice([own, broken]) == (
+        "no other body that was looked at is lighter at these limits."
+    )
+    assert why_lattice([own, body("lattice and solid", 8.0), void]) == (
+        'lattice and solid would weigh 20% less: phases = ["lattice", "solid"]. Without cells, '
+        "solid and void would weigh 50% less by stiffness alone: lattice is there because the "
+        "body is to stay filled."
+    )
