@@ -43,6 +43,10 @@ ALLOWED = {
     "gradedesign.program.commands.app.Commands.invoke": "typer calls it",
     "gradedesign.program.commands.app.Commands.list_commands": "typer calls it",
     "gradedesign.common.system.compiling._Compilations.notify": "numba calls it",
+    "gradedesign.program.commands.serve_page._Handler.do_GET": "http.server calls it",
+    "gradedesign.program.commands.serve_page._Handler.log_message": "http.server calls it",
+    "gradedesign.program.commands.serve_page._Handler.server": "http.server sets it",
+    "gradedesign.program.commands.serve_page._PageServer.handle_error": "http.server calls it",
 }
 
 

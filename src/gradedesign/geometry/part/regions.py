@@ -145,7 +145,7 @@ def _resolve(
     if not fits.any():
         raise CaseError(nothing_found(part, name, filters, miss))
     if spec.nearest is not None:
-        fits = _nearest(part, fits, np.array(spec.nearest))
+        fits = nearest_face(part, fits, np.array(spec.nearest))
     clips = tuple(box for operand in spec.all for box in named[operand].clips)
     if len(spec.any) == 1:
         clips += named[spec.any[0]].clips
@@ -201,7 +201,7 @@ def _combined(
     return result
 
 
-def _nearest(part: FacedPart, fits: BoolArray, point: FloatArray) -> BoolArray:
+def nearest_face(part: FacedPart, fits: BoolArray, point: FloatArray) -> BoolArray:
     """Keep the one face nearest to a point; the first of equals."""
     chosen = np.flatnonzero(fits)
     to_face = [float(region_distance(part.corners[k])(point[:, None])[0]) for k in chosen]

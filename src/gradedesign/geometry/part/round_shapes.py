@@ -114,7 +114,7 @@ def round_shapes(surface: SurfaceMesh, faces: SmoothFaces) -> tuple[RoundShapes,
     single += [
         shape
         for number, face in enumerate(faces.faces)
-        if number not in ends and (shape := _of_face(face)) is not None
+        if number not in ends and (shape := shape_of_face(face)) is not None
     ]
     groups: list[list[RoundShapes]] = []
     for shape in single:
@@ -139,7 +139,7 @@ def _of_slot(slot: Slot) -> RoundShapes:
     )
 
 
-def _of_face(face: SmoothFace) -> RoundShapes | None:
+def shape_of_face(face: SmoothFace) -> RoundShapes | None:
     """A cylindrical or conical face as a group of its own."""
     if face.axis is None or face.point is None or face.span is None:
         return None

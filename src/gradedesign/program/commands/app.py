@@ -257,6 +257,34 @@ def check(
 
 
 @app.command()
+def preview(
+    case: _CasePath,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Write the page instead of serving it.")
+    ] = None,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Load the page again whenever the case is saved.")
+    ] = False,
+    port: Annotated[
+        int | None, typer.Option("--port", help="Port on this machine [one that is free].")
+    ] = None,
+    allow_outside: Outside = False,
+    strict_plugins: Strict = False,
+) -> None:
+    """Show a case in the browser: part, regions, loads, cells, and what selects a face."""
+    from gradedesign.program.commands.preview import preview as command
+
+    command(
+        case,
+        output,
+        port=port,
+        watch=watch,
+        allow_outside=allow_outside,
+        strict_plugins=strict_plugins,
+    )
+
+
+@app.command()
 def validate(
     folders: Annotated[list[Path] | None, typer.Argument(help="Case folders [cases].")] = None,
     keyword: Annotated[

@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.design.resolve.plan import Plan
+from gradedesign.design.resolve.shown_case import CaseShown
 from gradedesign.design.verdict.shown import Shown
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.mechanics.explicit.explicit import governing_load_case
 from gradedesign.mechanics.explicit.support_zones import evaluated_at
-from gradedesign.mechanics.limits.local_stress import allowed_stress
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 from gradedesign.program.pictures.marks import action_marks, loads_note, region_marks
 from gradedesign.program.pictures.pictures import (
@@ -25,16 +24,16 @@ from gradedesign.program.store.run_folder import RunFolder
 
 
 def loads_picture(
-    out: RunFolder, plan: Plan, unjudged: float, files: dict[str, str]
+    out: RunFolder, case: CaseShown, unjudged: float, files: dict[str, str]
 ) -> tuple[str, ...]:
     """Draw supports and loads on the part; ``unjudged`` is its share near supports."""
-    case, files["loads"] = plan.case, "loads.png"
+    files["loads"] = "loads.png"
     warnings = picture_loads(
         out.path_of("loads.png"),
-        plan.part.surface,
-        region_marks(case.load_case, plan.part, plan.domain, plan.support_zones),
-        action_marks(case.load_case, plan.part),
-        note=loads_note(case.load_case, plan.support_zones, unjudged),
+        case.part.surface,
+        region_marks(case.load_cases, case.part, case.domain, case.support_zones),
+        action_marks(case.load_cases, case.part),
+        note=loads_note(case.load_cases, case.support_zones, unjudged),
     )
     _adopt_drawn(out, files, "loads")
     return warnings
@@ -54,20 +53,24 @@ def density_picture(
 
 
 def lattice_pictures(
-    out: RunFolder, plan: Plan, shown: Shown, files: dict[str, str]
+    out: RunFolder,
+    domain: DesignDomain,
+    limit: float | None,
+    shown: Shown,
+    files: dict[str, str],
 ) -> tuple[str, ...]:
-    """Pictures of the lattice."""
+    """Pictures of the lattice; ``limit`` is the allowed stress, MPa."""
     result = shown.analysed.result
     load_case = governing_load_case(result)
     fields, solid = shown.fields, shown.analysed.solid
     files |= {"stress": "stress.png", "deformed": "deformed.png"}
     warnings = [
-        *lattice_picture(out, shown.surface, plan.domain, files),
+        *lattice_picture(out, shown.surface, domain, files),
         *picture_stress(
             out.path_of("stress.png"),
             fields.surface,
             fields.von_mises,
-            limit=allowed_stress(plan.case.limits, plan.material),
+            limit=limit,
             unjudged=~evaluated_at(fields.surface.vertices.T, solid.support_zones),
             title=f"Stress of the lattice, load case {load_case}",
         ),

@@ -29,6 +29,7 @@ from gradedesign.design.resolve.lattice_files import (
 from gradedesign.design.resolve.outer_triangles import outer_records
 from gradedesign.design.resolve.plan import Plan
 from gradedesign.design.resolve.registry import Registry
+from gradedesign.design.resolve.shown_case import shown_plan
 from gradedesign.design.resolve.solid import unjudged_share
 from gradedesign.design.resolve.stated_lattice import StatedLattice
 from gradedesign.design.resolve.thinnest_wall import thinnest_wall
@@ -41,6 +42,7 @@ from gradedesign.geometry.lattice.printed_surface import first_step
 from gradedesign.geometry.lattice.slab_density import slab_table
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.mechanics.explicit.correction import Correction
+from gradedesign.mechanics.limits.local_stress import allowed_stress
 from gradedesign.program.outputs.analysed_models import analysed_models, without_model
 from gradedesign.program.outputs.drawn_files import (
     density_picture,
@@ -82,13 +84,14 @@ def write_outputs(
 
     def drawn(files: dict[str, str]) -> Iterator[str]:
         yield from loads_picture(
-            out, plan, unjudged_share(model.homogenised, plan.support_zones), files
+            out, shown_plan(plan), unjudged_share(model.homogenised, plan.support_zones), files
         )
         if computed.density is not None:
             yield from density_picture(out, part, computed.density, files)
         if shown is not None:
             yield from _exported_files(out, plan, shown.surface, shown.analysed.design, files)
-            yield from lattice_pictures(out, plan, shown, files)
+            limit = allowed_stress(case.limits, plan.material)
+            yield from lattice_pictures(out, plan.domain, limit, shown, files)
         elif rho is not None and case.run.stop_after == "lattice":
             yield from _unjudged_lattice(out, sized, rho, files)
         out.write_text("iterations.csv", iteration_log(result.iterations))

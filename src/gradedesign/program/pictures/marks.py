@@ -32,13 +32,13 @@ _BELOW = 2e-3
 def region_marks(
     load_cases: Sequence[LoadCaseSpec],
     part: Part,
-    domain: DesignDomain,
+    domain: DesignDomain | None,
     zones: Sequence[SupportZone] = (),
 ) -> list[RegionMark]:
     """Supports, loaded and passive regions; one that is several is drawn as the first of these.
 
     Of volumes that stay solid, and of the zones around supports in which stress is not judged, what
-    lies in the part is drawn.
+    lies in the part is drawn; nothing of them without a domain.
     """
     roles: dict[str, Role] = {
         fix.region: "support" for load_case in load_cases for fix in load_case.fix
@@ -46,7 +46,7 @@ def region_marks(
     for load_case in load_cases:
         for load in load_case.load:
             roles.setdefault(load.region, "load")
-    stay = [solid for solid in domain.solids if solid.phase == KEPT]
+    stay = [] if domain is None else [s for s in domain.solids if s.phase == KEPT]
     solid_regions = {solid.region for solid in stay if solid.region is not None}
     for name in solid_regions:
         roles.setdefault(name, "passive")
@@ -61,6 +61,8 @@ def region_marks(
         )
         for name, role in sorted(roles.items())
     ]
+    if domain is None:
+        return marks
     volumes = [
         RegionMark(
             name=solid.name.strip("'"),

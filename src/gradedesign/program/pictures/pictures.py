@@ -31,9 +31,12 @@ from gradedesign.program.pictures.action_mark import (
 from gradedesign.program.pictures.label_places import separated
 from gradedesign.program.pictures.region_mark import (
     COLOURS,
+    HATCH,
+    LIFT,
     ROLES,
     RegionMark,
     anchor_point,
+    lifted,
     unit_normals,
 )
 from gradedesign.program.pictures.scene import (
@@ -54,9 +57,8 @@ from gradedesign.program.pictures.without_octant import without_octant
 log = logging.getLogger(__name__)
 
 _ABOVE, _SHADE = "#ff00c8", "#5b6470"
-#: Lengths in a picture, in diagonals of the part; what lies on a surface is lifted a little.
-#: Chosen, not measured.
-_HATCH, _SHOWN_SHIFT, _LIFT = 0.012, 0.08, 1e-3
+#: Displacement as drawn, in diagonals of the part. Chosen, not measured.
+_SHOWN_SHIFT = 0.08
 #: Octant of the part that is cut away to look into it.
 _TOWARDS_VIEWER = np.array([1.0, -1.0, 1.0])
 #: Surfaces of more triangles are lattices: their edges at rest would cover everything.
@@ -90,13 +92,34 @@ def picture_loads(
     tuple of str
         Warnings; a picture never fails a run.
     """
+    return _draw(path, _loads_scene(surface, regions, actions, title, note))
+
+
+def loads_still(
+    surface: SurfaceMesh,
+    regions: Sequence[RegionMark],
+    actions: Sequence[ActionMark],
+    title: str,
+    note: str,
+) -> bytes | None:
+    """The same picture as PNG bytes, for a page; None where it could not be drawn."""
+    return _drawn(_loads_scene(surface, regions, actions, title, note), title)[0]
+
+
+def _loads_scene(
+    surface: SurfaceMesh,
+    regions: Sequence[RegionMark],
+    actions: Sequence[ActionMark],
+    title: str,
+    note: str,
+) -> Scene:
     diagonal = _diagonal(surface.vertices)
     regions = [mark for mark in regions if len(mark.corners)]
     drawn = drawn_actions(actions, diagonal)
     # Last and translucent: regions on the far side show through.
     part = Layer(vertices=surface.vertices, faces=surface.faces, colour="#d5d9de", opacity=0.35)
     lines = [
-        Lines(segments=hatch(_lifted(mark, diagonal), _HATCH * diagonal), colour="white")
+        Lines(segments=hatch(lifted(mark, diagonal), HATCH * diagonal), colour="white")
         for mark in regions
         if mark.role == "support"
     ]
@@ -113,18 +136,13 @@ def picture_loads(
     labels, strokes = separated(
         _loads_labels(regions, drawn), frame_of(scene), scene.arrows, scene.legend
     )
-    return _draw(path, replace(scene, labels=labels, lines=(*scene.lines, *strokes)))
-
-
-def _lifted(mark: RegionMark, diagonal: float) -> FloatArray:
-    """Triangles of a region just above the part's own."""
-    return np.asarray(mark.corners + _LIFT * diagonal * unit_normals(mark.corners)[:, None, :])
+    return replace(scene, labels=labels, lines=(*scene.lines, *strokes))
 
 
 def _region_layer(mark: RegionMark, diagonal: float) -> Layer:
-    lifted = _lifted(mark, diagonal)
-    faces = np.arange(3 * len(lifted)).reshape(-1, 3)
-    return Layer(vertices=lifted.reshape(-1, 3), faces=faces, colour=COLOURS[mark.role])
+    above = lifted(mark, diagonal)
+    faces = np.arange(3 * len(above)).reshape(-1, 3)
+    return Layer(vertices=above.reshape(-1, 3), faces=faces, colour=COLOURS[mark.role])
 
 
 def _about_arrows(drawn: Sequence[DrawnAction], actions: Sequence[ActionMark]) -> str:
@@ -240,7 +258,7 @@ def picture_stress(
 def _shade(surface: SurfaceMesh, faces: IntArray) -> Layer:
     """Translucent layer just above triangles of a surface."""
     corners = surface.vertices[faces]
-    lifted = corners + _LIFT * _diagonal(surface.vertices) * unit_normals(corners)[:, None, :]
+    lifted = corners + LIFT * _diagonal(surface.vertices) * unit_normals(corners)[:, None, :]
     return Layer(
         vertices=lifted.reshape(-1, 3),
         faces=np.arange(3 * len(faces)).reshape(-1, 3),
@@ -293,10 +311,18 @@ def round_factor(wanted: float, largest: float) -> float:
 
 
 def _draw(path: Path, scene: Scene) -> tuple[str, ...]:
+    """Write a picture, or nothing; returns warnings."""
+    picture, warnings = _drawn(scene, path.name)
+    if picture is not None:
+        write_bytes(path, picture)
+    return warnings
+
+
+def _drawn(scene: Scene, name: str) -> tuple[bytes | None, tuple[str, ...]]:
     """Draw with OpenGL, or plainly, or not at all, the latter two with a warning."""
-    report_step(f"drawing {path.name}")
+    report_step(f"drawing {name}")
     if fault := _fault(scene):
-        return _warned(f"{path.name}: not drawn: {fault}")
+        return None, _warned(f"{name}: not drawn: {fault}")
     plain = not opengl_works()
     most = _draw_plain.MOST_TRIANGLES if plain else _draw_opengl.MOST_TRIANGLES
     frame = frame_of(scene)
@@ -310,12 +336,13 @@ def _draw(path: Path, scene: Scene) -> tuple[str, ...]:
     try:
         picture = _draw_plain.draw_plain(scene) if plain else _draw_opengl.draw_opengl(scene)
     except (RuntimeError, ValueError, MemoryError) as cause:
-        return _warned(f"{path.name}: not drawn: {cause}")
-    write_bytes(path, picture)
+        return None, _warned(f"{name}: not drawn: {cause}")
     if plain:
         # The same words for every picture, so that a run says it once.
-        return _warned("no OpenGL on this machine: pictures are drawn plainly, in less detail")
-    return ()
+        return picture, _warned(
+            "no OpenGL on this machine: pictures are drawn plainly, in less detail"
+        )
+    return picture, ()
 
 
 def _fault(scene: Scene) -> str:

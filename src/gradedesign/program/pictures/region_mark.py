@@ -25,6 +25,9 @@ ROLES: dict[Role, str] = {
     "region": "regions",
     "unjudged": "stress not judged",
 }
+#: Spacing of the hatch of supports, and what lies on a surface is lifted by, in diagonals of the
+#: part. Chosen, not measured.
+HATCH, LIFT = 0.012, 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -53,6 +56,11 @@ def unit_normals(corners: FloatArray) -> FloatArray:
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     return np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
+
+
+def lifted(mark: RegionMark, diagonal: float) -> FloatArray:
+    """Triangles of a region just above those of the part with this diagonal, mm."""
+    return np.asarray(mark.corners + LIFT * diagonal * unit_normals(mark.corners)[:, None, :])
 
 
 def areas(corners: FloatArray) -> FloatArray:
