@@ -168,9 +168,9 @@ def crossing_names():
 
 
 #: Names that cross the walls of rooms: fewer is a house understood sooner. Lower it where it falls.
-#: Natural frequencies and solid members, whose stages are sizing, bodies and rows, brought ten; the
-#: scene, which shows what every room finds, nine.
-CROSSING = 1040
+#: Natural frequencies and solid members, whose stages are sizing, bodies and rows, brought ten;
+#: what other bodies weigh four; the page of a case, members within tetrahedra and void the rest.
+CROSSING = 1100
 
 
 def test_rooms_have_doors_and_few_other_names_cross_their_walls():

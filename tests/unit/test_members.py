@@ -14,25 +14,30 @@ from gradedesign.geometry.lattice.density_grid import DensityGrid
 from gradedesign.geometry.lattice.domain import DesignDomain, phase_at
 from gradedesign.geometry.part.part_mesh import box_part_mesh
 from gradedesign.geometry.tets.tet_mesh import boundary_facets, centroids
+from gradedesign.mechanics.fe.element_points import element_points
 from gradedesign.mechanics.fe.facets import facet_nodes
 from gradedesign.mechanics.fe.load_case import PartLoadCase
 from gradedesign.mechanics.fe.loads import traction_force
 from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.stiffness import PAIRS, UNIFORM
 from gradedesign.mechanics.fe.supports import supports_on
 from gradedesign.mechanics.limits.displacement import DisplacementLimit
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.material.power_law import power_law
 from gradedesign.mechanics.material.scaling_law import LawOrigin
-from gradedesign.mechanics.sizing.filter import DensityFilter, cone_filter, cone_mean
+from gradedesign.mechanics.sizing.filter import DensityFilter, cone_filter, cone_mean, filtered
 from gradedesign.mechanics.sizing.homogenised import total_mass
 from gradedesign.mechanics.sizing.homogenised_model import homogenised_model
 from gradedesign.mechanics.sizing.members import (
     Members,
+    mean_share,
+    member_filter,
     member_price,
     member_shares,
     share_slope,
     with_members,
+    with_moments,
 )
 from gradedesign.mechanics.sizing.problem import SizingProblem, designed_mass
 from gradedesign.mechanics.sizing.size import size
@@ -152,7 +157,7 @@ def test_members_are_lighter_than_lattice_alone():
         # Depth below the surface, about, over the edge of a tetrahedron.
         depth = field.radius * (mean(field) - 0.5) + field.offset
         share = np.clip(0.5 + depth / 2.5, 0.0, 1.0)
-        return with_members(problem.model, share)
+        return with_members(with_moments(problem.model), np.tile(share, 4))
 
     def sized(problem, start, most):
         return size(problem, start=start, max_iterations=most)
@@ -166,15 +171,41 @@ def test_members_are_lighter_than_lattice_alone():
     assert np.abs(z[solid] - 5.0).mean() > 2.5
 
 
+def test_shares_at_gauss_points_are_those_of_the_filtered_field_there():
+    """Interpolated between nodes: a cone over 5 mm bends little within tetrahedra of 2.5 mm."""
+    part = cantilever().model
+    points = centroids(part.space.mesh)
+    smooth = 0.5 + 0.5 * np.sin(2 * np.pi * points[0] / 20.0)
+    found = filtered(member_filter(part, 5.0), smooth).reshape(4, -1)
+    at = element_points(part.space)
+    for own, place in zip(found, np.moveaxis(at, 2, 0), strict=True):
+        exact = cone_mean(points, part.volumes, 5.0, smooth, place)
+        np.testing.assert_allclose(own, exact, atol=0.004)
+    assert np.ptp(found, axis=0).max() > 0.02
+
+
+def test_solid_at_some_gauss_points_lies_there():
+    """All four together are solid; solid of one point only bends as solid at that corner does."""
+    model = with_moments(cantilever().model)
+    count = model.volumes.size
+    whole = with_members(model, np.ones(4 * count))
+    np.testing.assert_allclose(whole.solid_moments, np.tile(UNIFORM[:, None], count))
+    one = with_members(model, np.repeat([1.0, 0.0, 0.0, 0.0], count))
+    assert one.solid_fraction == pytest.approx(np.full(count, 0.25))
+    # Of its own corner's coordinate it has the mean 0.585 (Zienkiewicz and Taylor, table 9.3).
+    first = [k for k, pair in enumerate(PAIRS) if 0 in pair]
+    assert one.solid_moments[first, 0].sum() == pytest.approx(0.25 * 0.58541020, rel=1e-8)
+
+
 def test_mass_of_members_is_counted_once():
     """Lattice in what members leave, without what is solid in any case."""
     problem = cantilever()
     rng = np.random.default_rng(411)
     passive = np.where(rng.uniform(size=problem.model.volumes.size) < 0.2, 0.3, 0.0)
-    model = replace(problem.model, solid_fraction=passive)
-    rho, share = (rng.uniform(0.1, 0.6, passive.size) for _ in range(2))
-    room = model.volumes * (1 - passive)
-    expected = MATERIAL.density * (room @ share + (room * (1 - share)) @ rho)
+    model = with_moments(replace(problem.model, solid_fraction=passive))
+    rho, share = rng.uniform(0.1, 0.6, passive.size), rng.uniform(0.1, 0.6, 4 * passive.size)
+    room, mean = model.volumes * (1 - passive), mean_share(share)
+    expected = MATERIAL.density * (room @ mean + (room * (1 - mean)) @ rho)
     assert designed_mass(model, rho, share) == pytest.approx(expected, rel=1e-12)
     whole = total_mass(with_members(model, share), rho)
     assert whole - designed_mass(model, rho, share) == pytest.approx(

@@ -12,6 +12,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.sparse import csr_matrix
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.mechanics.fe._space_kernels import LOCAL_EDGES
@@ -77,6 +78,20 @@ def element_points(space: TetSpace, at: Where = "gauss") -> FloatArray:
     """Positions of the points of every element, ``(3, M, 4)``, mm."""
     corners = space.mesh.points[:, space.mesh.tets]
     return np.einsum("dkm,qk->dmq", corners, barycentric(at))
+
+
+def gauss_interpolation(space: TetSpace) -> csr_matrix:
+    """Matrix ``(4 M, N)`` from values at nodes to those at Gauss points, all first points first."""
+    nodes = space.elements.T
+    shapes = shape_values(space.order, barycentric("gauss"))
+    rows = np.arange(len(shapes) * space.element_count)
+    return csr_matrix(
+        (
+            np.repeat(shapes, space.element_count, axis=0).ravel(),
+            (np.repeat(rows, nodes.shape[1]), np.tile(nodes, (len(shapes), 1)).ravel()),
+        ),
+        shape=(rows.size, space.node_count),
+    )
 
 
 def values_at(space: TetSpace, field: ScalarField, at: Where = "gauss") -> FloatArray:

@@ -25,6 +25,8 @@ _FIRST, _SECOND = np.array(PAIRS).T
 _TIMES = np.where(_FIRST == _SECOND, 1.0, 2.0)
 #: Moments of 1: means of the products of two barycentric coordinates over a tetrahedron.
 UNIFORM = np.where(_FIRST == _SECOND, 0.1, 0.05)
+#: Moments of what is 1 at one Gauss point and 0 at the others, ``(10, 4)``.
+GAUSS_MOMENTS = 0.25 * np.prod(barycentric("gauss").T[np.transpose(PAIRS)], axis=0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -147,8 +149,7 @@ def mean_of(moments: FloatArray) -> FloatArray:
 
 def gauss_moments(values: FloatArray) -> FloatArray:
     """Moments ``(6, 6, 10, m)`` of matrices at the Gauss points of every element."""
-    products = pair_products(barycentric("gauss"), np.full(4, 0.25))
-    return np.einsum("pq,ijqm->ijpm", products, values)
+    return np.einsum("pq,ijqm->ijpm", GAUSS_MOMENTS, values)
 
 
 def gauss_equivalent(stiffness: MomentStiffness) -> GaussStiffness:
@@ -184,8 +185,7 @@ def kernel_coefficients(
 def moment_coefficients(stiffness: GaussStiffness | MomentStiffness) -> FloatArray:
     """Upper triangles ``(m, 10, 21)`` of the moments of a stiffness, MPa."""
     if isinstance(stiffness, GaussStiffness):
-        products = pair_products(barycentric("gauss"), np.full(4, 0.25))
-        return np.ascontiguousarray(np.einsum("pq,cqm->mpc", products, stiffness.C[UPPER]))
+        return np.ascontiguousarray(np.einsum("pq,cqm->mpc", GAUSS_MOMENTS, stiffness.C[UPPER]))
     return np.ascontiguousarray(stiffness.C[UPPER].transpose(2, 1, 0))
 
 

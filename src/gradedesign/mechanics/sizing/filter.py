@@ -62,7 +62,9 @@ def collected(density_filter: DensityFilter, by_density: FloatArray) -> FloatArr
     return np.asarray(rows.T).reshape(*by_density.shape[:-1], density_filter.shape[1])
 
 
-def cone_filter(points: FloatArray, volumes: FloatArray, radius: float) -> DensityFilter:
+def cone_filter(
+    points: FloatArray, volumes: FloatArray, radius: float, at: FloatArray | None = None
+) -> DensityFilter:
     """Row-stochastic filter with linearly falling, volume-weighted kernel.
 
     Where more pairs of tetrahedra than `MOST_PAIRS` lie within the radius of each other, volumes
@@ -77,6 +79,9 @@ def cone_filter(points: FloatArray, volumes: FloatArray, radius: float) -> Densi
     volumes : (M,) array, mm^3
     radius : float, mm
         Where the kernel reaches zero.
+    at : (3, k) array, mm, optional
+        Points at which values are wanted; the centroids by default. One with no centroid within
+        the radius takes the value of the nearest.
 
     Returns
     -------
@@ -92,16 +97,19 @@ def cone_filter(points: FloatArray, volumes: FloatArray, radius: float) -> Densi
     tree = cKDTree(points.T)
     some = points[:, :: max(points.shape[1] // _COUNTED, 1)].T
     pairs = tree.query_ball_point(some, radius, return_length=True).mean() * points.shape[1]
+    ends, count = points if at is None else at, points.shape[1]
+    pairs *= ends.shape[1] / count
     if pairs <= MOST_PAIRS:
-        return _between_points(points, volumes, radius)
-    nodes, weights = _grid_weights(points, radius / NODES_PER_RADIUS)
+        return _between_points(points, volumes, radius, at)
+    both = np.concatenate([points, ends], axis=1)
+    nodes, weights = _grid_weights(both, radius / NODES_PER_RADIUS)
     if pairs <= NODES_IN_RADIUS * nodes.shape[1]:
-        return _between_points(points, volumes, radius)
+        return _between_points(points, volumes, radius, at)
     log.info("densities are filtered on %d nodes of a grid", nodes.shape[1])
-    spread = csr_matrix(weights.T @ diags(volumes))
+    spread = csr_matrix(weights[:count].T @ diags(volumes))
     between = _cone(nodes, np.ones(nodes.shape[1]), radius)
-    sums = weights @ (between @ (spread @ np.ones(points.shape[1])))
-    return DensityFilter(factors=(csr_matrix(diags(1.0 / sums) @ weights), between, spread))
+    sums = weights[count:] @ (between @ (spread @ np.ones(count)))
+    return DensityFilter(factors=(csr_matrix(diags(1.0 / sums) @ weights[count:]), between, spread))
 
 
 def cone_mean(
@@ -134,25 +142,35 @@ def uniform_filter(count: int) -> DensityFilter:
     return DensityFilter(factors=(csr_matrix(np.ones((count, 1))),))
 
 
-def _between_points(points: FloatArray, volumes: FloatArray, radius: float) -> DensityFilter:
+def _between_points(
+    points: FloatArray, volumes: FloatArray, radius: float, at: FloatArray | None
+) -> DensityFilter:
     """Filter that keeps the weights of every pair of points."""
-    kernel = _cone(points, volumes, radius)
+    kernel = _cone(points, volumes, radius, at)
+    alone = np.flatnonzero(_sums(kernel) <= 0)
+    if at is not None and alone.size:
+        nearest = cKDTree(points.T).query(at[:, alone].T)[1]
+        kernel = kernel + csr_matrix((np.ones(alone.size), (alone, nearest)), shape=kernel.shape)
     kernel.data *= np.repeat(1.0 / _sums(kernel), np.diff(kernel.indptr))
     return DensityFilter(factors=(kernel,))
 
 
-def _cone(points: FloatArray, volumes: FloatArray, radius: float) -> csr_matrix:
-    """Weights ``(radius - distance) volume`` of every pair of points within the radius."""
-    tree, count = cKDTree(points.T), points.shape[1]
+def _cone(
+    points: FloatArray, volumes: FloatArray, radius: float, at: FloatArray | None = None
+) -> csr_matrix:
+    """Weights ``(radius - distance) volume`` of points within the radius of every one of ``at``."""
+    tree, ends = cKDTree(points.T), points if at is None else at
     rows = []
-    for block in _blocks(tree, points, radius):
-        within = cKDTree(points[:, block].T)
+    for block in _blocks(tree, ends, radius):
+        within = cKDTree(ends[:, block].T)
         pairs = within.sparse_distance_matrix(tree, radius, output_type="coo_matrix").tocsr()
         pairs.data = (radius - pairs.data) * volumes[pairs.indices]
         rows.append(pairs)
     kernel = csr_matrix(vstack(rows, format="csr"))
+    if at is not None:
+        return kernel
     # The distance matrix drops the zero distance of a point to itself.
-    return csr_matrix(kernel + diags(radius * volumes - kernel.diagonal(), shape=(count, count)))
+    return csr_matrix(kernel + diags(radius * volumes - kernel.diagonal(), shape=kernel.shape))
 
 
 def _blocks(tree: cKDTree, points: FloatArray, radius: float) -> list[slice]:

@@ -94,21 +94,20 @@ def in_lattice(model: HomogenisedModel, C: FloatArray) -> FloatArray:
     """
     if model.solid_moments is None:
         return np.asarray((1 - model.solid_fraction) * C)
-    room = UNIFORM[:, None] - model.solid_moments
+    return _in_moments(C, UNIFORM[:, None] - model.solid_moments)
+
+
+def in_place_of(model: HomogenisedModel, C: FloatArray, moments: FloatArray) -> FloatArray:
+    """Solid less lattice of stiffness ``C`` in a room of such moments, ``(6, 6, 10, M)``, MPa."""
+    return solid_stiffness(model)[:, :, None, None] * moments - _in_moments(C, moments)
+
+
+def _in_moments(C: FloatArray, room: FloatArray) -> FloatArray:
+    """Moments ``(6, 6, 10, M)`` of lattice of stiffness ``C`` in a room of such moments, MPa."""
     if C.ndim == 3:
         return np.asarray(C[:, :, None] * room)
     moments = gauss_moments(C) if C.shape[2] == 4 else C
     return np.asarray(moments * (room / UNIFORM[:, None]))
-
-
-def in_room(model: HomogenisedModel, like: FloatArray) -> FloatArray:
-    """Contribution of solid in all room for lattice, shaped as ``like`` by `in_lattice`, MPa."""
-    solid = solid_stiffness(model).reshape(6, 6, *(1,) * (like.ndim - 2))
-    if model.solid_moments is not None:
-        return np.asarray((UNIFORM[:, None] - model.solid_moments) * solid)
-    if model.walls is not None:
-        solid = solid * UNIFORM[:, None]
-    return np.asarray(np.broadcast_to((1 - model.solid_fraction) * solid, like.shape))
 
 
 def _correction_factor(model: HomogenisedModel, rho: FloatArray) -> FloatArray:

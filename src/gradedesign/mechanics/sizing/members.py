@@ -1,11 +1,12 @@
-"""Solid members among the lattice: the share of every tetrahedron that sizing makes solid.
+"""Solid members among the lattice: the share of the part that sizing makes solid.
 
 A filtered variable between 0 and 1 becomes a share by a smooth step, steeper and steeper (Wang,
-Lazarov, Sigmund, Struct. Multidisc. Optim. 43, 2011, equation 9). Solid and lattice of a
-tetrahedron are strained alike, so that stiffness is linear in the share; a share between costs more
-than it weighs, which makes shares all or nothing. The price is the inverse of the rational
-interpolation of stiffness by Stolpe and Svanberg (Struct. Multidisc. Optim. 22, 2001, equation 6),
-put on the mass: one and the same at 0 and 1, and finite in its slopes.
+Lazarov, Sigmund, Struct. Multidisc. Optim. 43, 2011, equation 9), at the four Gauss points of every
+tetrahedron: the surface of a member passes through tetrahedra, which are about as large as it is
+thick. Solid and lattice at a point are strained alike, so that stiffness is linear in the shares; a
+share between costs more than it weighs, which makes shares all or nothing. The price is the inverse
+of the rational interpolation of stiffness by Stolpe and Svanberg (Struct. Multidisc. Optim. 22,
+2001, equation 6), put on the mass: one and the same at 0 and 1, and finite in its slopes.
 """
 
 from __future__ import annotations
@@ -15,15 +16,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
-from gradedesign.mechanics.fe.stiffness import UNIFORM
-from gradedesign.mechanics.sizing.filter import DensityFilter, filtered
-from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
+from gradedesign.geometry.tets.tet_mesh import centroids
+from gradedesign.mechanics.fe.element_points import gauss_interpolation
+from gradedesign.mechanics.fe.stiffness import GAUSS_MOMENTS, UNIFORM
+from gradedesign.mechanics.sizing.filter import DensityFilter, cone_filter, filtered
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel, filter_weights
 
 #: Added to the variables of members, whose logarithms sizing changes: a share of solid that is as
 #: stiff as lattice of low density, so that a step changes the stiffness of both by like shares.
 LEAST_MEMBER = 0.05
 #: Sharpness below which the step is a straight line: it bends by less than a thousandth there.
 _STRAIGHT = 0.1
+#: Gauss points of a tetrahedron, each of a quarter of its volume.
+POINTS = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -33,8 +38,8 @@ class Members:
     Attributes
     ----------
     filter : DensityFilter
-        From the variables of tetrahedra, 0 to 1, to a value of each, which the step makes its
-        share.
+        From the variables of tetrahedra, 0 to 1, to a value at each of their Gauss points, which
+        the step makes a share: `member_filter`.
     radius : float, mm
         Of that filter, which follows from the least member.
     sharpness : float
@@ -71,13 +76,34 @@ class MemberField:
         object.__setattr__(self, "variables", locked(self.variables, (None,), name="variables"))
 
 
+def member_filter(model: HomogenisedModel, radius: float) -> DensityFilter:
+    """The cone of `cone_filter` from tetrahedra to their Gauss points, ``(4 M, M)``.
+
+    The first points of all tetrahedra come first. Taken at the nodes and interpolated between them,
+    of which there are fewer.
+    """
+    space = model.space
+    at_nodes = cone_filter(centroids(space.mesh), filter_weights(model), radius, space.nodes)
+    return DensityFilter(factors=(gauss_interpolation(space), *at_nodes.factors))
+
+
 def member_shares(members: Members, b: FloatArray) -> FloatArray:
-    """Share of every tetrahedron ``(M,)`` of variables ``(n,)``."""
+    """Shares at the Gauss points ``(4 M,)`` of variables ``(n,)``."""
     return stepped(members, filtered(members.filter, b))
 
 
+def mean_share(share: FloatArray) -> FloatArray:
+    """Share of every tetrahedron ``(M,)`` of those at its Gauss points ``(4 M,)``."""
+    return np.asarray(share.reshape(POINTS, -1).mean(axis=0))
+
+
+def at_points(by_share: FloatArray) -> FloatArray:
+    """Derivatives by shares at Gauss points, ``(4 M,)``, of those by their means, ``(M,)``."""
+    return np.tile(by_share / POINTS, POINTS)
+
+
 def stepped(members: Members, field: FloatArray) -> FloatArray:
-    """Shares of filtered variables, both ``(M,)``."""
+    """Shares of filtered variables, both ``(4 M,)``."""
     x, beta = np.clip(field, 0.0, 1.0), members.sharpness
     if beta <= _STRAIGHT:
         return x
@@ -85,7 +111,7 @@ def stepped(members: Members, field: FloatArray) -> FloatArray:
 
 
 def share_slope(members: Members, b: FloatArray) -> FloatArray:
-    """Derivative of every share by its filtered variable, ``(M,)``."""
+    """Derivative of every share by its filtered variable, ``(4 M,)``."""
     x = np.clip(filtered(members.filter, b), 0.0, 1.0)
     beta = members.sharpness
     if beta <= _STRAIGHT:
@@ -94,22 +120,44 @@ def share_slope(members: Members, b: FloatArray) -> FloatArray:
 
 
 def member_price(members: Members, share: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Share that a share costs, and its derivative, both ``(M,)``."""
+    """Share that a share costs, and its derivative, both ``(4 M,)``."""
     base = 1.0 + members.price * share
     return (1.0 + members.price) * share / base, (1.0 + members.price) / base**2
 
 
 def with_members(model: HomogenisedModel, share: FloatArray | None) -> HomogenisedModel:
-    """The model with a share of the lattice's room in every tetrahedron, ``(M,)``, made solid."""
-    if share is None:
+    """The model with shares of the lattice's room at Gauss points, ``(4 M,)``, made solid.
+
+    ``model`` holds moments of its solid, as `with_moments` makes it.
+    """
+    if share is None or model.solid_moments is None:
         return model
-    moments = model.solid_moments
-    if moments is not None:
-        moments = moments + share * (UNIFORM[:, None] - moments)
-    members = share * (1.0 - model.solid_fraction)
+    each = share.reshape(POINTS, -1)
+    moments = sum(by * s for by, s in zip(moments_by_share(model), each, strict=True))
+    members = each.mean(axis=0) * (1.0 - model.solid_fraction)
     return replace(
         model,
         solid_fraction=model.solid_fraction + members,
-        solid_moments=moments,
+        solid_moments=model.solid_moments + moments,
         member_fraction=members,
     )
+
+
+def with_moments(model: HomogenisedModel) -> HomogenisedModel:
+    """The model with moments of its solid, where it holds none: all solid or none."""
+    if model.solid_moments is not None:
+        return model
+    return replace(model, solid_moments=UNIFORM[:, None] * model.solid_fraction)
+
+
+def moments_by_share(model: HomogenisedModel) -> list[FloatArray]:
+    """Moments of the solid, ``(10, M)``, that a share of 1 at each Gauss point adds.
+
+    All four together fill what the solid leaves. How they differ is taken from a tetrahedron
+    without solid, in proportion to its room.
+    """
+    moments = model.solid_moments
+    if moments is None:
+        raise ValueError("members need a model that holds the moments of its solid")
+    room, free = UNIFORM[:, None] - moments, 1.0 - model.solid_fraction
+    return [room / POINTS + free * (own - UNIFORM / POINTS)[:, None] for own in GAUSS_MOMENTS.T]

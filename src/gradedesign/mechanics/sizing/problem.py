@@ -18,6 +18,7 @@ from gradedesign.mechanics.sizing.members import (
     LEAST_MEMBER,
     MemberField,
     Members,
+    mean_share,
     member_shares,
     with_members,
 )
@@ -121,7 +122,7 @@ def sizing_step(
         change=change,
         members_g=0.0
         if share is None
-        else problem.model.material.density * float(weights @ share) * 1e6,
+        else problem.model.material.density * float(weights @ mean_share(share)) * 1e6,
     )
 
 
@@ -150,7 +151,7 @@ def member_variables(problem: SizingProblem, x: FloatArray) -> FloatArray:
 
 
 def element_shares(problem: SizingProblem, x: FloatArray) -> FloatArray | None:
-    """Shares of solid members ``(M,)`` of design variables ``(n,)``; None: there are none."""
+    """Shares of solid members ``(4 M,)`` of design variables ``(n,)``; None: there are none."""
     if problem.members is None:
         return None
     return member_shares(problem.members, member_variables(problem, x))

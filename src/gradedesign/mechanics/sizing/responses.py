@@ -20,10 +20,11 @@ from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 from gradedesign.mechanics.sizing.lattice_stiffness import (
     as_stiffness,
     in_lattice,
-    in_room,
+    in_place_of,
     lattice_stiffness,
     lattice_stiffness_derivative,
 )
+from gradedesign.mechanics.sizing.members import moments_by_share
 from gradedesign.mechanics.sizing.state import SolvedState, case_named, force_slope, mass_slopes
 
 
@@ -38,7 +39,7 @@ def response_gradients(
         return np.zeros((0, len(state.rho) + (0 if state.share is None else len(state.share))))
     derivatives = [stiffness_derivative(state.model, state.rho)]
     if state.share is not None:
-        derivatives.append(member_derivative(state.lattice_alone, state.rho))
+        derivatives += member_derivatives(state.lattice_alone, state.rho)
     return np.array(
         [
             _response_gradient(state, derivatives, response, adjoint)
@@ -75,16 +76,19 @@ def stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> Stiffness:
     return as_stiffness(in_lattice(model, lattice_stiffness_derivative(model, rho)))
 
 
-def member_derivative(lattice_alone: HomogenisedModel, rho: FloatArray) -> Stiffness:
-    """Derivative of the stiffness of every tetrahedron by the share of its members, MPa.
+def member_derivatives(lattice_alone: HomogenisedModel, rho: FloatArray) -> list[Stiffness]:
+    """Derivatives of the stiffness of tetrahedra by the share at each of their Gauss points, MPa.
 
     Parameters
     ----------
     lattice_alone : HomogenisedModel
         Without the members: what it holds beside solid is what they replace.
     """
-    lattice = in_lattice(lattice_alone, lattice_stiffness(lattice_alone, rho))
-    return as_stiffness(in_room(lattice_alone, lattice) - lattice)
+    lattice = lattice_stiffness(lattice_alone, rho)
+    return [
+        as_stiffness(in_place_of(lattice_alone, lattice, moments))
+        for moments in moments_by_share(lattice_alone)
+    ]
 
 
 def _response_gradient(

@@ -34,6 +34,7 @@ from gradedesign.mechanics.sizing.lattice_stress import (
     lattice_stress,
     local_stress_at,
 )
+from gradedesign.mechanics.sizing.members import POINTS, at_points
 from gradedesign.mechanics.sizing.solid_strain import solid_stress, through_solid_stress
 from gradedesign.mechanics.sizing.stress_slopes import through_local_stress
 from gradedesign.mechanics.solver.lowest_modes import Modes
@@ -50,8 +51,8 @@ class SolvedState:
     Attributes
     ----------
     rho : (M,) array
-    share : (M,) array or None
-        Of the room for lattice of every tetrahedron that solid members take; None: no members.
+    share : (4 M,) array or None
+        Of the room for lattice at every Gauss point that solid members take; None: no members.
     lattice_alone : HomogenisedModel
         The model without these members.
     solutions : dict of load case to Solution
@@ -138,7 +139,9 @@ class SolvedState:
         by_density = by_effective * effective_slope(self.model, self.rho)
         if self.share is None:
             return np.asarray(by_density)
-        return np.concatenate([by_density, -by_volume * self.lattice_alone.lattice_volumes])
+        return np.concatenate(
+            [by_density, at_points(-by_volume * self.lattice_alone.lattice_volumes)]
+        )
 
     @property
     def member_volumes(self) -> FloatArray:
@@ -161,7 +164,7 @@ class SolvedState:
         none = np.zeros(self.rho.shape)
         if self.share is None:
             return none
-        return np.concatenate([none, by_volume * self.lattice_alone.lattice_volumes])
+        return np.concatenate([none, at_points(by_volume * self.lattice_alone.lattice_volumes)])
 
     def by_density(self, by_density: FloatArray) -> FloatArray:
         """Derivatives ``(P,)`` of what depends on nominal densities alone, ``(M,)``."""
@@ -237,12 +240,13 @@ def case_named(model: HomogenisedModel, name: str) -> PartLoadCase:
 
 
 def mass_slopes(state: SolvedState) -> list[FloatArray]:
-    """Derivatives of the mass density by densities, and by shares of members, each ``(M,)``."""
+    """Derivatives of the mass density by densities, and by shares of members, ``(M,)`` each."""
     slopes = [mass_slope(state.model, state.rho)]
     if state.share is not None:
         room = 1 - state.lattice_alone.solid_fraction
         void = 1 - solid_held(state.model, state.rho)
-        slopes.append(np.asarray(state.model.material.density * room * void))
+        each = np.asarray(state.model.material.density * room * void) / POINTS
+        slopes += [each] * POINTS
     return slopes
 
 
