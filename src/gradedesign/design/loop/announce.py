@@ -88,12 +88,16 @@ class Announcer:
     def part(self, model: DesignModel) -> None:
         """Report the size of the part, the cell and the law."""
         part, cells, lattice = model.homogenised, model.cells, model.plan.case.lattice
+        filled = (
+            f"cell {cells.cell.name} of {lattice.size_words}, law {cells.law.name}, density "
+            f"{cells.bounds[0]:.3g} to {cells.bounds[1]:.3g}"
+            if lattice.cells
+            else f"solid members of {lattice.least_member:g} mm or more, and void"
+        )
         self.say(
             "part",
-            f"{part.volumes.sum():.6g} mm^3, {part.volumes.size} tets, "
-            f"{part.space.dof_count} dof; cell {cells.cell.name} of "
-            f"{lattice.size_words}, law {cells.law.name}, density "
-            f"{cells.bounds[0]:.3g} to {cells.bounds[1]:.3g}, method {lattice.method}",
+            f"{part.volumes.sum():.6g} mm^3, {part.volumes.size} tets, {part.space.dof_count} dof; "
+            f"{filled}, method {lattice.method}",
         )
         self.warnings(model.warnings)
 

@@ -84,7 +84,8 @@ def with_design(
                 solid_moments=moments,
                 member_fraction=np.maximum(share - part.solid_fraction, 0.0),
             )
-            part = _beside_members(part, cells, plan.domain)
+            if spec.cells:
+                part = _beside_members(part, cells, plan.domain)
     if part is model.homogenised:
         return model
     return replace(model, plan=plan, cells=cells, homogenised=part)

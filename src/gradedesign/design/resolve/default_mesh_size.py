@@ -20,14 +20,14 @@ LEAST_DOFS, MOST_DOFS = 30_000, 200_000
 _STEP = 1.1
 
 
-def with_mesh_size(spec: PartSpec, part: Part, most: float) -> PartSpec:
+def with_mesh_size(spec: PartSpec, part: Part, most: float, needed: float = math.inf) -> PartSpec:
     """``[part]`` with the edge of its tetrahedra, as stated or as `_default_mesh_size`."""
     if spec.mesh_size is not None:
         return spec
-    return _with(spec, _default_mesh_size(spec, part, most))
+    return _with(spec, _default_mesh_size(spec, part, most, needed))
 
 
-def _default_mesh_size(spec: PartSpec, part: Part, most: float) -> float:
+def _default_mesh_size(spec: PartSpec, part: Part, most: float, needed: float) -> float:
     """Edge of the part's tetrahedra, mm, two figures.
 
     Stress and displacement of the solid need elements that follow its thickness; densities vary
@@ -38,7 +38,9 @@ def _default_mesh_size(spec: PartSpec, part: Part, most: float) -> float:
     spec : PartSpec
         Without a mesh size.
     most : float, mm
-        Largest edge.
+        Largest edge, but for parts that would have too many unknowns with it.
+    needed : float, mm
+        Largest edge whatever they are.
     """
     a, b, c = np.moveaxis(corner_points(part.surface), 1, 0)
     area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
@@ -48,6 +50,7 @@ def _default_mesh_size(spec: PartSpec, part: Part, most: float) -> float:
         size /= _STEP
     while predicted_part_dofs(_with(spec, size), part) > MOST_DOFS and size < thickness:
         size *= _STEP
+    size = min(size, needed)
     unit = 10.0 ** (math.floor(math.log10(size)) - 1)
     return float(f"{unit * math.floor(size / unit):.2g}")
 

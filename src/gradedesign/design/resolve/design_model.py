@@ -39,7 +39,11 @@ from gradedesign.mechanics.limits.local_stress import allowed_stress
 from gradedesign.mechanics.limits.row import LEAST_JUDGED, LimitRow
 from gradedesign.mechanics.material.law_field import LawField
 from gradedesign.mechanics.material.scaling_law import ScalingLaw
-from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel, homogenised_model
+from gradedesign.mechanics.sizing.homogenised_model import (
+    HomogenisedModel,
+    homogenised_model,
+    with_void,
+)
 from gradedesign.mechanics.sizing.solid_moments import solid_fraction, solid_moments
 
 
@@ -125,6 +129,8 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Desi
         solver=plan.tools.solver,
         solid_moments=moments,
     )
+    if not lattice.cells:
+        homogenised = with_void(homogenised, cells.bounds)
     limits, limit_warnings = _placed_limits(plan, homogenised, facets, registry.limits)
     return DesignModel(
         plan=plan,

@@ -14,7 +14,7 @@ from gradedesign.design.printing.print_checks import require_voxels_fit
 from gradedesign.design.resolve.default_mesh_size import with_mesh_size
 from gradedesign.design.resolve.free_motions import require_apart, require_supported
 from gradedesign.design.resolve.lattice_files import lattice_files
-from gradedesign.design.resolve.member_size import least_length, with_member_size
+from gradedesign.design.resolve.member_size import edges_of_tets, with_member_size
 from gradedesign.design.resolve.part_readers import part_readers
 from gradedesign.design.resolve.part_repairer import part_repairer
 from gradedesign.design.resolve.predicted_part_mesh import require_mesh_fits
@@ -46,7 +46,7 @@ def fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
     require_cells_fit(case.lattice, case.part, case.run.memory, case.where, part)
     if case.lattice.stated:
         return case, part
-    meshed = with_mesh_size(case.part, part, least_length(case.lattice))
+    meshed = with_mesh_size(case.part, part, *edges_of_tets(case.lattice))
     case = case.model_copy(
         update={
             "lattice": with_member_size(case.lattice, meshed, case.print, case.where),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import inf
+
 from gradedesign.common.values.locate import Where
 from gradedesign.design.printing.print_schema import PrintSpec
 from gradedesign.errors import CaseError
@@ -52,9 +54,10 @@ def with_member_size(
     return lattice
 
 
-def least_length(lattice: LatticeSpec) -> float:
-    """Length that tetrahedra of the part follow where none is stated, mm."""
+def edges_of_tets(lattice: LatticeSpec) -> tuple[float, float]:
+    """Edges of the part's tetrahedra where none is stated, mm: at most, and in any case at most."""
     if not lattice.members:
-        return lattice.cell_size
-    thickness = lattice.least_member or _OF_CELL * lattice.cell_size
-    return min(lattice.cell_size, thickness / ACROSS)
+        return lattice.cell_size, inf
+    stated = lattice.least_member
+    thickness = stated or _OF_CELL * lattice.cell_size
+    return min(lattice.cell_size, thickness / ACROSS), stated / ACROSS if stated else inf

@@ -12,11 +12,15 @@ from gradedesign.errors import CaseError, PluginError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.maker import make_cell
+from gradedesign.geometry.cell.void_cell import VOID
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
+from gradedesign.mechanics.material.void_law import VOID_LAW
 
 
 def with_own_cell(lattice: LatticeSpec, registry: Registry, where: Where) -> Registry:
     """The registry and the cell that ``[lattice]`` describes; as it is where it describes none.
+
+    Where cells are no phase of it, void stands for them.
 
     Raises
     ------
@@ -28,10 +32,13 @@ def with_own_cell(lattice: LatticeSpec, registry: Registry, where: Where) -> Reg
     PluginError
         If the maker breaks.
     """
-    own = lattice.own_cell
+    own, name = lattice.own_cell, lattice.cell
+    if not lattice.cells:
+        laws = MappingProxyType({**registry.scaling_laws, VOID_LAW.name: VOID_LAW})
+        families = MappingProxyType({**registry.cell_families, name: VOID})
+        return replace(registry, cell_families=families, scaling_laws=laws)
     if own is None:
         return registry
-    name = lattice.cell
     if name in registry.cell_families:
         raise CaseError(
             f"{where('lattice.cell')}: '{name}' is an installed cell; give the one of "

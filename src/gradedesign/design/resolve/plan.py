@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, replace
 
 from gradedesign.arrays import Field
@@ -34,6 +35,7 @@ from gradedesign.design.resolve.thin_walls import thin_wall_warnings
 from gradedesign.design.resolve.tools import Tools, stated_tools
 from gradedesign.design.resolve.weighted_zones import weighted_zones
 from gradedesign.design.resolve.zones import ResolvedZone, ResolvedZones, resolve_zones
+from gradedesign.errors import CaseError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.formats.exporter import PlannedPrint
@@ -119,7 +121,7 @@ def resolve_case(case: Case, registry: Registry) -> Plan:
     lattice, zones_of_lattice = weighted_zones(case.lattice)
     if zones_of_lattice:
         case = case.model_copy(update={"lattice": lattice, "zone": zones_of_lattice})
-    plan = _without_zones(with_acceptance(case), registry)
+    plan = _without_zones(without_buckling(with_acceptance(case)), registry)
     report_step("cells and their zones")
     zones = resolve_zones(
         plan.case,
@@ -244,6 +246,25 @@ def with_acceptance(case: Case) -> Case:
     if not case.lattice.by_stress or "acceptance" in case.run.model_fields_set:
         return case
     return case.model_copy(update={"run": case.run.model_copy(update={"acceptance": "whole"})})
+
+
+def without_buckling(case: Case) -> Case:
+    """The case; without cells none of them can buckle.
+
+    Raises
+    ------
+    CaseError
+        If it limits their buckling nevertheless.
+    """
+    if case.lattice.cells:
+        return case
+    if case.limits.buckling_factor is not None:
+        raise CaseError(
+            f"{case.where('limits.buckling_factor')}: limits the buckling of cells, which "
+            f"phases = {json.dumps(case.lattice.phases)} leave out; leave it out too"
+        )
+    limits = case.limits.model_copy(update={"buckling": "off"})
+    return case.model_copy(update={"limits": limits})
 
 
 def stated_zones(plan: Plan) -> tuple[ResolvedZone, ...]:

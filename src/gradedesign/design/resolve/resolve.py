@@ -130,7 +130,7 @@ def density_bounds(
         except DensityError as error:
             raise CaseError(f"{where('lattice.wall')}: {error}") from error
         windows[f"walls of {spec.wall:g} mm in cells of {spec.size_words}"] = fitting
-    elif printer is not None and printer.min_wall is not None:
+    elif spec.cells and printer is not None and printer.min_wall is not None:
         if spec.graded_size:
             # Cells are largest where the density is least.
             least_size = spec.size[-1]

@@ -49,6 +49,8 @@ class CellFamily:
         False where the void is meant to be closed pores, or channels that do not lead through the
         cell in three directions: then only the solid must be connected, and powder or resin stays
         in the pores.
+    wall : float, optional, cells
+        Thinnest wall at any density, where it does not follow from the shape.
     signed : callable, optional
         ``signed(u, **parameters)`` of a sheet: `shape` is its absolute value, its sign tells the
         two sides of the middle surface. Between two such sheets a transition stays a sheet.
@@ -74,6 +76,7 @@ class CellFamily:
     open_void: bool = True
     struts: Callable[..., StrutAxes | None] | None = None
     signed: Callable[..., FloatArray] | None = None
+    wall: float | None = None
 
     def __post_init__(self) -> None:
         if not (isinstance(self.period, int) and self.period >= 1):

@@ -82,6 +82,8 @@ def wall_mm(
     """
     size = np.asarray(cell_size, dtype=np.float64)
     level = cell.level_of(rho)
+    if cell.family.wall is not None:
+        return np.asarray(cell.family.wall * size + np.zeros_like(level))
     if cell.family.distance:
         return np.asarray(2.0 * level * size)
     table = _wall_table(cell)

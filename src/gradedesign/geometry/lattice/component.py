@@ -181,9 +181,12 @@ class SolidComponent(Component, ABC):
 
 
 class CellComponent(Component, ABC):
-    """A component that adds to the cells."""
+    """A component that changes the cells."""
 
     __slots__ = ()
+
+    #: It adds solid to them.
+    adds: ClassVar[bool] = True
 
     @abstractmethod
     def over(

@@ -5,6 +5,7 @@ Above 300 lines: the keys of one table, and which of them contradict each other.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
 
@@ -26,6 +27,7 @@ from gradedesign.common.values.value_types import (
 )
 from gradedesign.geometry.cell.law_schema import Law
 from gradedesign.geometry.cell.own_cell_schema import OwnCellSpec
+from gradedesign.geometry.cell.void_cell import VOID
 from gradedesign.geometry.lattice.density_map_schema import DensityMapSpec
 from gradedesign.geometry.lattice.density_value import Density, is_formula
 from gradedesign.geometry.lattice.drain_schema import DrainSpec
@@ -39,12 +41,18 @@ from gradedesign.geometry.maps.orientation_schema import OrientationSpec
 #: Ways to find the density; the first by default.
 _METHODS = ("lightest", "stress-to-density")
 #: What a place of the part may hold, beside what the case states to be solid.
-PHASES = ("lattice", "solid")
+PHASES = ("lattice", "solid", "void")
+#: Phases that a part may hold together.
+_TOGETHER = (PHASES[:1], PHASES[:2], PHASES[1:])
 #: Quantities that may follow the density.
 GRADINGS = ("uniform", "level", "thickness", "size", "ratio")
 
 #: Keys of a lattice that say how its density is found.
 _FINDING = ("method", "size_effects", "phases", "least_member")
+#: Keys that a part without cells may state.
+_WITHOUT_CELLS = {"phases", "least_member", "method"}
+#: Densities of the bars that stand for void in what is planned: about what members fill.
+_PLANNED_VOID = [0.09, 0.1]
 
 
 class LatticeSpec(Table):
@@ -117,14 +125,12 @@ class LatticeSpec(Table):
     """lightest: the least mass under every limit, by gradients; stress-to-density: the plain way,
     the stress of the fully solid part mapped to density by the law and scaled until every limit
     holds, with ``acceptance = "whole"`` unless it is stated."""
-    phases: Annotated[tuple[str, ...], Choices(PHASES, needed="lattice", planned=("void",))] = (
-        "lattice",
-    )
-    """Phases that the part may hold: ["lattice"], or ["lattice", "solid"] for solid members among
-    the cells wherever that is lighter."""
+    phases: Annotated[tuple[str, ...], Choices(PHASES)] = ("lattice",)
+    """Phases that the part may hold: ["lattice"]; ["lattice", "solid"] for solid members among the
+    cells wherever that is lighter; or ["solid", "void"] for members alone, without any cell."""
     least_member: Size | None = Field(default=None, examples=["5 mm"])
     """Least thickness of solid members, mm; a quarter of a cell by default, or one and a half
-    ``mesh_size`` where that is stated and larger."""
+    ``mesh_size`` where that is stated and larger. Without cells it has no default."""
     size_effects: Annotated[bool, Flag()] = True
     """Size effect: the stiffness of walls with few cells between the part's free faces, where it
     can be computed; ``false`` only to compare with the periodic lattice."""
@@ -154,6 +160,11 @@ class LatticeSpec(Table):
     def members(self) -> bool:
         """Whether sizing may make solid members."""
         return PHASES[1] in self.phases
+
+    @property
+    def cells(self) -> bool:
+        """Whether cells are a phase of it."""
+        return PHASES[0] in self.phases
 
     @property
     def cell_size(self) -> float:
@@ -268,8 +279,31 @@ class LatticeSpec(Table):
             )
         return self
 
+    @model_validator(mode="before")
+    @classmethod
+    def _no_cells(cls, value: Any) -> Any:
+        """State what stands for cells, which have no keys where the phases leave them out."""
+        phases = value.get("phases") if isinstance(value, dict) else None
+        if not isinstance(phases, list) or sorted(map(str, phases)) != sorted(_TOGETHER[-1]):
+            return value
+        for key in value:
+            if key in cls.model_fields and key not in _WITHOUT_CELLS:
+                raise key_error(
+                    key, 'has no meaning with phases = ["solid", "void"], which leave cells out'
+                )
+        if "least_member" not in value:
+            raise key_error(
+                "least_member",
+                'missing; solid members without cells need their least thickness, such as "5 mm"',
+            )
+        stands = {"cell": VOID.name, "law": VOID.name, "density": _PLANNED_VOID}
+        return {**value, **stands, "size": value["least_member"], "size_effects": False}
+
     @model_validator(mode="after")
     def _members(self) -> LatticeSpec:
+        if self.phases not in _TOGETHER:
+            listed = ", ".join(json.dumps(list(phases)) for phases in _TOGETHER)
+            raise key_error("phases", f"found {json.dumps(self.phases)}; expected one of {listed}")
         if not self.members:
             if self.least_member is not None:
                 raise key_error(

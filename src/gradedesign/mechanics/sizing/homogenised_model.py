@@ -9,7 +9,7 @@ of the discrepancy that the correction measures.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from gradedesign.mechanics.fe.stiffness import PAIRS, mean_of
 from gradedesign.mechanics.material.law_field import LawField
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.material.scaling_law import ScalingLaw
+from gradedesign.mechanics.material.void_law import VOID_DENSITY
 from gradedesign.mechanics.sizing.effective_density import EffectiveDensity
 from gradedesign.mechanics.sizing.wall_factors import WallFactors
 from gradedesign.mechanics.solver.linear_solver import LinearSolver
@@ -141,6 +142,13 @@ def homogenised_model(
         solver=solver,
         solid_moments=None if whole else solid_moments,
     )
+
+
+def with_void(model: HomogenisedModel, bounds: tuple[float, float]) -> HomogenisedModel:
+    """The model with void for all lattice, whatever its density between the bounds is."""
+    count = model.volumes.size
+    held = np.outer(np.array(bounds) * (VOID_DENSITY / bounds[1]), np.ones(count))
+    return replace(model, effective=EffectiveDensity(nominal=np.array(bounds), effective=held))
 
 
 def bond_matrix(rotation: FloatArray) -> FloatArray:

@@ -14,7 +14,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.mechanics.sizing.analysed_step import analysed_step
-from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel, effective_density
 from gradedesign.mechanics.sizing.members import (
     LEAST_MEMBER,
     MemberField,
@@ -91,7 +91,8 @@ def size_members(
     x, history = start, list[SizingStep]()
     if x is None:
         lo, hi = problem.bounds
-        beginning = _BEGINNING if hi > LEAST_MEMBER else _BEGINNING_ALONE
+        held = float(effective_density(part, np.full(part.volumes.size, hi)).max())
+        beginning = _BEGINNING if held > LEAST_MEMBER else _BEGINNING_ALONE
         x = np.concatenate(
             [
                 np.full(problem.filter.shape[1], np.sqrt(lo * hi)),
