@@ -22,16 +22,8 @@ from gradedesign.errors import GradeDesignError
 from gradedesign.geometry.lattice.lattice_schema import PHASES
 from gradedesign.mechanics.explicit.correction import Correction
 from gradedesign.mechanics.material.law_field import LawField
-from gradedesign.mechanics.material.power_law import power_law
-from gradedesign.mechanics.material.scaling_law import LawOrigin
+from gradedesign.mechanics.material.void_law import VOID_DENSITY, VOID_LAW
 
-#: Relative density, and relative stiffness, of void: a hundredth of what light lattice has, so that
-#: no load goes through it, and enough for systems to stay well conditioned.
-_VOID = 1e-4
-_VOID_LAW = power_law(
-    "void", ("void",), youngs=(1.0, 1.0), window=(0.5 * _VOID, 1.0),
-    origin=LawOrigin(kind="fe", source="not a lattice", test="none"),
-)  # fmt: skip
 #: Sizing iterations of every body: as in the second one of the loop, whose mass changes little
 #: after.
 SIZING_ITERATIONS = 20
@@ -46,8 +38,8 @@ _BODIES: dict[str, dict[str, Any]] = {
     "uniform lattice": {**_ALONE, "grading": "uniform"},
     "stress mapped to density": {**_ALONE, "method": "stress-to-density"},
     "graded lattice": _ALONE,
-    "lattice and solid": {"method": "lightest", "phases": PHASES},
-    _VOID_BODY: {"method": "lightest", "phases": PHASES},
+    "lattice and solid": {"method": "lightest", "phases": PHASES[:2]},
+    _VOID_BODY: {"method": "lightest", "phases": PHASES[1:]},
 }
 _NOTES = {_VOID_BODY: "by stiffness alone, before it is cut into members that print"}
 #: Keys by which a case asks for them.
@@ -56,6 +48,7 @@ _KEYS = {
     "stress mapped to density": 'method = "stress-to-density"',
     "graded lattice": 'method = "lightest" with grading = "level"',
     "lattice and solid": 'phases = ["lattice", "solid"]',
+    _VOID_BODY: 'phases = ["solid", "void"] and least_member',
 }
 
 
@@ -108,12 +101,15 @@ def price_of_lattice(
     void = replace(
         model,
         homogenised=replace(
-            part, law=LawField(laws=(_VOID_LAW,)), walls=None, effective=None, cut_share=None
+            part, law=LawField(laws=(VOID_LAW,)), walls=None, effective=None, cut_share=None
         ),
-        cells=replace(model.cells, bounds=(0.9 * _VOID, _VOID), zoning=None),
+        cells=replace(model.cells, bounds=(0.9 * VOID_DENSITY, VOID_DENSITY), zoning=None),
         limits=tuple(limit for limit in model.limits if not limit.needs_stress),
     )
     bodies = [PricedBody(name="part as modelled", mass_g=solid, largest_utilisation=used)]
+    if not case.lattice.cells:
+        why = 'phases = ["solid", "void"] names no cell'
+        return (*bodies, *(_none(name, why, asked=name == _VOID_BODY) for name in _BODIES))
     for name, keys in _BODIES.items():
         if case.lattice.grading == "uniform":
             keys = {"grading": "level", **keys}
@@ -174,6 +170,7 @@ def why_lattice(bodies: Sequence[PricedBody]) -> str:
     if void is not None and void.mass_g is not None and void.mass_g < own.mass_g:
         words += (
             f"Without cells, solid and void would weigh {1 - void.mass_g / own.mass_g:.0%} less by "
-            f"stiffness alone: lattice is there because the body is to stay filled."
+            f"stiffness alone, {_KEYS[_VOID_BODY]}: lattice is there because the body is to stay "
+            f"filled."
         )
     return words or "no other body that was looked at is lighter at these limits."
