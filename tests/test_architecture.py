@@ -169,6 +169,7 @@ def crossing_names():
 
 #: Names that cross the walls of rooms: fewer is a house understood sooner. Lower it where it falls.
 #: Natural frequencies and solid members, whose stages are sizing, bodies and rows, brought ten;
+#: Natural frequencies and solid members, whose stages are sizing, bodies and rows, brought ten;
 #: what other bodies weigh four; the page of a case, members within tetrahedra and void the rest.
 CROSSING = 1100
 

@@ -58,6 +58,30 @@ def test_members_save_mass_and_are_in_the_printed_file(tmp_path, cli):
     assert volume * 4.41e-3 == pytest.approx(members["mass_g"], rel=0.1)
 
 
+def without_cells(text):
+    """The case with members alone, as thick as before."""
+    before, _, after = text.partition('cell = "gyroid-sheet"')
+    _, _, after = after.partition("PHASES")
+    return f'{before}phases = ["solid", "void"]\nleast_member = "2.6 mm"{after}'
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_members_without_cells_are_the_whole_body(tmp_path, cli, monkeypatch):
+    """Of less mass than with cells; a rounding error beside a member is of it, not of a lattice."""
+    monkeypatch.setitem(globals(), "CASE", without_cells(CASE))
+    result, ended = ran(tmp_path / "void", cli, "", "max_iterations = 1")
+    assert ended.code in (0, 4), ended.out + ended.err
+    assert {row["name"].split()[0] for row in result["limits"]} == {"displacement"}
+    assert result["lattice_mass_g"] == 0.0
+    assert "buckling" not in ended.out
+    last = result["iterations"][-1]["limits"][0]
+    assert abs(last["discrepancy"]) < 0.1
+    surface = meshio.read(tmp_path / "void" / "r" / "lattice.stl")
+    a, b, c = surface.points[surface.cells_dict["triangle"]].swapaxes(0, 1)
+    volume = float((a * np.cross(b, c)).sum() / 6.0)
+    assert volume * 4.41e-3 == pytest.approx(result["mass_g"], rel=0.02)
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_members_are_accepted_and_their_stress_is_a_row_of_its_own(tmp_path, cli):

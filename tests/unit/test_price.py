@@ -63,6 +63,7 @@ def test_the_sentence_compares_with_bodies_that_hold():
     )
     assert why_lattice([own, body("lattice and solid", 8.0), void]) == (
         'lattice and solid would weigh 20% less: phases = ["lattice", "solid"]. Without cells, '
-        "solid and void would weigh 50% less by stiffness alone: lattice is there because the "
-        "body is to stay filled."
+        "solid and void would weigh 50% less by stiffness alone, "
+        'phases = ["solid", "void"] and least_member: lattice is there because the body is to '
+        "stay filled."
     )

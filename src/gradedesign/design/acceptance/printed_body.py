@@ -11,7 +11,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import report_step
 from gradedesign.design.acceptance.body_comparison import BodyComparison, compare_bodies
 from gradedesign.design.printing.wall_thickness import WallThickness, wall_thickness
-from gradedesign.geometry.lattice.domain import LATTICE, DesignDomain, phase_at
+from gradedesign.geometry.lattice.domain import LATTICE, DesignDomain, printed_phase_at
 from gradedesign.geometry.triangles.printed_field import printed_field
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.mechanics.explicit.measures import PHASES
@@ -104,7 +104,7 @@ def phase_volumes(
         slab: FloatArray = np.stack(np.meshgrid([x], *axes[1:], indexing="ij")).reshape(3, -1)
         points = slab + step * rng.random(slab.shape)
         inside = points[:, field(points) < 0]
-        counts += np.bincount(phase_at(domain, inside), minlength=len(PHASES))
+        counts += np.bincount(printed_phase_at(domain, inside), minlength=len(PHASES))
     return {
         name: float(volume * count / counts.sum())
         for name, count in zip(PHASES, counts, strict=True)

@@ -196,7 +196,10 @@ def _predicted_grid(plan: Plan, density: float, able: Analysable) -> PredictedGr
         finest.append((thickness / zone.elements_per_wall, thickness, low))
     element, wall, thin = min(finest)
     layer = able.analysis.elements_per_layer
-    spacings = {f"the thinnest wall or strut, {wall:.3g} mm at density {thin:.3g}": element}
+    walls = f"the thinnest wall or strut, {wall:.3g} mm at density {thin:.3g}"
+    if not case.lattice.cells:
+        walls = f"the solid members, {wall:.3g} mm"
+    spacings = {walls: element}
     for component in plan.domain.components:
         kept = isinstance(component, SolidComponent) and component.phase == KEPT
         title = f"{'the passive solid ' if kept else ''}{component.name}"

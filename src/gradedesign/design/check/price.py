@@ -27,6 +27,8 @@ from gradedesign.mechanics.material.void_law import VOID_DENSITY, VOID_LAW
 #: Sizing iterations of every body: as in the second one of the loop, whose mass changes little
 #: after.
 SIZING_ITERATIONS = 20
+#: Utilisation up to which a body holds its limits: as near to them as sizing comes.
+_HOLDS = 1.004
 #: A body is lighter than another where its mass is by this share less: less is scatter.
 _LIGHTER = 0.02
 
@@ -140,7 +142,7 @@ def price_of_lattice(
                 mass_g=passive + last.mass_g,
                 largest_utilisation=last.utilisation,
                 asked=asked,
-                note=_NOTES.get(name, "") if sized.feasible else "a limit is broken",
+                note=_NOTES.get(name, "") if last.utilisation <= _HOLDS else "a limit is broken",
             )
         )
     return tuple(bodies)
@@ -153,7 +155,9 @@ def _none(name: str, why: str, *, asked: bool) -> PricedBody:
 def why_lattice(bodies: Sequence[PricedBody]) -> str:
     """One sentence on the body that the case asks for beside the lightest that holds."""
     holding = {
-        b.name: b for b in bodies if b.mass_g is not None and not (b.largest_utilisation or 0) > 1.0
+        b.name: b
+        for b in bodies
+        if b.mass_g is not None and not (b.largest_utilisation or 0) > _HOLDS
     }
     own = next((body for body in bodies if body.asked), None)
     if own is None or own.mass_g is None:

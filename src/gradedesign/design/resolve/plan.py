@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from gradedesign.arrays import Field
 from gradedesign.common.system.progress import report_step
-from gradedesign.common.values.locate import locating
+from gradedesign.common.values.locate import Where, locating
 from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.component_place import component_place
 from gradedesign.design.resolve.exclusion import require_judged, zones_of_supports
@@ -44,12 +44,14 @@ from gradedesign.geometry.lattice.component_kind import composed, with_cuts
 from gradedesign.geometry.lattice.components.zone import Zones
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.graded_map import require_one_thickness
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.lattice.part_room import inner_points, size_warnings
 from gradedesign.geometry.lattice.placed_layout import placed_layout
 from gradedesign.geometry.part.part import Part
 from gradedesign.mechanics.explicit.support_zones import SupportZone
 from gradedesign.mechanics.limits.kinds import stated_limits
 from gradedesign.mechanics.limits.limit import StatedLimit
+from gradedesign.mechanics.limits.limits_schema import LimitsSpec
 from gradedesign.mechanics.limits.local_stress import allowed_stress
 from gradedesign.mechanics.material.material import Material
 
@@ -121,7 +123,9 @@ def resolve_case(case: Case, registry: Registry) -> Plan:
     lattice, zones_of_lattice = weighted_zones(case.lattice)
     if zones_of_lattice:
         case = case.model_copy(update={"lattice": lattice, "zone": zones_of_lattice})
-    plan = _without_zones(without_buckling(with_acceptance(case)), registry)
+    limits = _buckling_of_cells(case.lattice, case.limits, case.where)
+    case = with_acceptance(case.model_copy(update={"limits": limits}))
+    plan = _without_zones(case, registry)
     report_step("cells and their zones")
     zones = resolve_zones(
         plan.case,
@@ -248,23 +252,22 @@ def with_acceptance(case: Case) -> Case:
     return case.model_copy(update={"run": case.run.model_copy(update={"acceptance": "whole"})})
 
 
-def without_buckling(case: Case) -> Case:
-    """The case; without cells none of them can buckle.
+def _buckling_of_cells(lattice: LatticeSpec, limits: LimitsSpec, where: Where) -> LimitsSpec:
+    """The limits; without cells none of them can buckle.
 
     Raises
     ------
     CaseError
-        If it limits their buckling nevertheless.
+        If their buckling is limited nevertheless.
     """
-    if case.lattice.cells:
-        return case
-    if case.limits.buckling_factor is not None:
+    if lattice.cells:
+        return limits
+    if limits.buckling_factor is not None:
         raise CaseError(
-            f"{case.where('limits.buckling_factor')}: limits the buckling of cells, which "
-            f"phases = {json.dumps(case.lattice.phases)} leave out; leave it out too"
+            f"{where('limits.buckling_factor')}: limits the buckling of cells, which phases = "
+            f"{json.dumps(lattice.phases)} leave out; leave it out too"
         )
-    limits = case.limits.model_copy(update={"buckling": "off"})
-    return case.model_copy(update={"limits": limits})
+    return limits.model_copy(update={"buckling": "off"})
 
 
 def stated_zones(plan: Plan) -> tuple[ResolvedZone, ...]:

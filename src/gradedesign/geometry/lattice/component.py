@@ -185,8 +185,8 @@ class CellComponent(Component, ABC):
 
     __slots__ = ()
 
-    #: It adds solid to them.
-    adds: ClassVar[bool] = True
+    #: It takes their place, and adds no solid to them.
+    replaces: ClassVar[bool] = False
 
     @abstractmethod
     def over(

@@ -84,6 +84,11 @@ class DesignDomain:
         return tuple(c for c in self.components if isinstance(c, CellComponent))
 
     @property
+    def has_cells(self) -> bool:
+        """Whether cells are built."""
+        return not any(component.replaces for component in self.on_cells)
+
+    @property
     def cuts(self) -> tuple[CutComponent, ...]:
         """Components that take material away."""
         return tuple(c for c in self.components if isinstance(c, CutComponent))
@@ -149,6 +154,15 @@ def phase_at(
         inside = solid.distance(np.asarray(points)[:, open_ones], there) < 0
         phase[open_ones] = np.where(inside, solid.phase, LATTICE)
     return phase
+
+
+def printed_phase_at(domain: DesignDomain, points: FloatArray) -> IntArray:
+    """Phase of points of the printed solid ``(3, ...)`` mm, ``(...)``.
+
+    Without cells, what lies a rounding error outside all solids is of their members.
+    """
+    phase = phase_at(domain, points)
+    return phase if domain.has_cells else np.where(phase == LATTICE, MEMBER, phase)
 
 
 def solid_at(domain: DesignDomain, points: FloatArray) -> BoolArray:

@@ -25,7 +25,7 @@ _BATCH = 1 << 18
 
 def adds_to_cells(domain: DesignDomain) -> bool:
     """Whether components add to the cells, or to their corners with solids."""
-    return bool(any(component.adds for component in domain.on_cells) or domain.join)
+    return bool((domain.on_cells and domain.has_cells) or domain.join)
 
 
 def joint_volume(design: LatticeDesign) -> float:

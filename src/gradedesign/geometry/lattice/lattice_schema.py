@@ -50,7 +50,7 @@ GRADINGS = ("uniform", "level", "thickness", "size", "ratio")
 #: Keys of a lattice that say how its density is found.
 _FINDING = ("method", "size_effects", "phases", "least_member")
 #: Keys that a part without cells may state.
-_WITHOUT_CELLS = {"phases", "least_member", "method"}
+_WITHOUT_CELLS = {"phases", "least_member", "method", "joint_radius"}
 #: Densities of the bars that stand for void in what is planned: about what members fill.
 _PLANNED_VOID = [0.09, 0.1]
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.common.system.progress import report_step
-from gradedesign.geometry.lattice.domain import phase_at
+from gradedesign.geometry.lattice.domain import printed_phase_at
 from gradedesign.mechanics.explicit.analysis import ExplicitAnalysis, Resolution, SolvedSolid
 from gradedesign.mechanics.explicit.exclusion import ExclusionZone, exclusion_zone
 from gradedesign.mechanics.explicit.measures import PHASES, StressMeasure, stress_measures
@@ -122,7 +122,7 @@ def measured(solved: SolvedSolid, solid: PrintedSolid, began: float) -> Explicit
     """Stress measures, exclusion zone and masses of a solid whose analysis began at a time, s."""
     report_step("stress measures")
     points, volumes = solved.points, solved.volumes
-    phase = phase_at(solid.design.domain, points)
+    phase = printed_phase_at(solid.design.domain, points)
     evaluated = evaluated_at(points, solid.support_zones)
     von_mises = {name: solved.von_mises(name) for name in solved.load_cases}
     measures = {

@@ -125,6 +125,8 @@ def _moved(
     on_step: Callable[[SizingStep], None] | None,
 ) -> tuple[MemberField, SizingStep]:
     """The members with the offset at which their bodies meet the aim of the most used limit."""
+    # Bodies as near to their aim as is asked for hold their limits.
+    aim = min(problem.target, 1.0 / (1.0 + _NEAR))
     tried: list[tuple[MemberField, SizingStep]] = []
     offsets, off = [0.0], list[float]()
     for k in range(_MOST_OFFSETS):
@@ -133,11 +135,11 @@ def _moved(
         if on_step is not None:
             on_step(step)
         tried.append((field, step))
-        off.append(float(np.log(step.utilisation / problem.target)))
+        off.append(float(np.log(step.utilisation / aim)))
         if abs(off[-1]) <= _NEAR:
             break
         offsets.append(_next_offset(offsets, off, thickness))
-    return min(tried, key=lambda each: _rank(each[1], problem.target))
+    return min(tried, key=lambda each: _rank(each[1], aim))
 
 
 def _step_of_bodies(

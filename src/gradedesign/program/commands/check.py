@@ -203,6 +203,9 @@ def _zone_lines(checked: CaseCheck) -> Iterator[str]:
 def _lattice_lines(checked: CaseCheck) -> Iterator[str]:
     plan, law, spec = checked.plan, checked.plan.law, checked.plan.case.lattice
     low, high = checked.run.bounds
+    if not spec.cells:
+        yield f"cells: none; solid members of about {spec.least_member:.3g} mm or more, and void"
+        return
     yield (
         f"cell: {plan.cell.name}, {spec.size_words}; it exists from density "
         f"{plan.cell.window[0]:.3g} to {plan.cell.window[1]:.3g}"

@@ -146,7 +146,7 @@ def print_verdict(result: RunResult) -> None:
     if result.mass_g is not None and result.solid_mass_g and result.relative_density is not None:
         lattice = (
             ""
-            if result.lattice_mass_g is None
+            if not result.lattice_mass_g
             else f", lattice {result.lattice_mass_g:.4g} g at mean density "
             f"{result.lattice_density:.3f}"
         )

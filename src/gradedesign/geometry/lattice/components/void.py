@@ -16,7 +16,7 @@ from gradedesign.geometry.lattice.component_kind import ComponentKind, Component
 class Void(CellComponent):
     """Void in place of all cells."""
 
-    adds: ClassVar[bool] = False
+    replaces: ClassVar[bool] = True
 
     def over(
         self,
