@@ -168,10 +168,10 @@ def crossing_names():
 
 
 #: Names that cross the walls of rooms: fewer is a house understood sooner. Lower it where it falls.
-#: Natural frequencies and solid members, whose stages are sizing, bodies and rows, brought ten;
-#: Natural frequencies and solid members, whose stages are sizing, bodies and rows, brought ten;
-#: what other bodies weigh four; the page of a case, members within tetrahedra and void the rest.
-CROSSING = 1100
+#: Natural frequencies and solid members, whose stages are sizing, bodies and rows, brought ten; the
+#: scene, which shows what every room finds, nine; what other bodies weigh four; members within
+#: tetrahedra and void seven.
+CROSSING = 1047
 
 
 def test_rooms_have_doors_and_few_other_names_cross_their_walls():
