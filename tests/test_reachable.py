@@ -33,7 +33,6 @@ ALLOWED = {
     "gradedesign.design.loop.iteration_row.Iteration": "result.json, iterations",
     "gradedesign.design.verdict.result.RunResult": "result.json",
     "gradedesign.geometry.part.repair.RepairReport": "check --json, repairs",
-    "gradedesign.design.printing.as_built.AsBuilt": "result.json, printability",
     "gradedesign.design.acceptance.body_comparison.BodyComparison": "result.json, printed",
     "gradedesign.mechanics.explicit.measures.StressMeasure": "result.json, measures",
     "gradedesign.design.printing.voids.Voids": "result.json, printability",

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from gradedesign.common.values.plugins_by_name import supplied_by
     from gradedesign.common.values.table import Table
     from gradedesign.common.values.value_types import Flag, Number, Quantity, Vector
+    from gradedesign.design.printing.process import Process, Waviness
     from gradedesign.errors import (
         CaseError,
         DensityError,
@@ -185,6 +186,7 @@ __all__ = [
     "Predicted",
     "PrintedLattice",
     "PrintedSolid",
+    "Process",
     "PropertyTable",
     "Quantity",
     "RawTriangles",
@@ -208,6 +210,7 @@ __all__ = [
     "TetMesh",
     "Vector",
     "VolumeFields",
+    "Waviness",
     "as_multiple",
     "cell_gradient",
     "checked_values",
@@ -278,6 +281,7 @@ _HOMES = {
     "geometry.cell.strut_axes": "StrutAxes",
     "errors": "CaseError DensityError GradeDesignError LatticeError MeshError PartError "
     "PluginError ResourceError SolverError",
+    "design.printing.process": "Process Waviness",
     "mechanics.solver.eigen_solver": "EigenProblem EigenSolver ExtremeValue",
     "mechanics.solver.linear_solver": "LinearAnswer LinearSolver LinearSystem",
     "mechanics.fe.stiffness": "AnisotropicStiffness IsotropicStiffness",

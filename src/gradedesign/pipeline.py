@@ -21,6 +21,7 @@ from gradedesign.design.loop.accepted import Accepted, accept_design, judge_stre
 from gradedesign.design.loop.analysed import Analysed, analyse_cells
 from gradedesign.design.loop.announce import Announcer
 from gradedesign.design.loop.best_rows import best_rows
+from gradedesign.design.loop.bodies import variant_spreads
 from gradedesign.design.loop.designed import with_design
 from gradedesign.design.loop.ended import why_ended
 from gradedesign.design.loop.exported_surface import export_surface
@@ -40,6 +41,7 @@ from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.size_effects import with_size_effects
 from gradedesign.design.resolve.solid import solve_solid, with_solid
 from gradedesign.design.resolve.stated_lattice import stated_lattice
+from gradedesign.design.verdict.as_built import with_as_built
 from gradedesign.design.verdict.computed import Computed
 from gradedesign.design.verdict.printable import with_print_limits
 from gradedesign.design.verdict.result import RunResult
@@ -221,7 +223,8 @@ def loop(
     result = verdict_result(
         model, registry, outcome.iterations, outcome.accepted, outcome.ended, shown
     )
-    result = with_print_limits(result, case.print, shown.printability, plan.material)
+    result = with_as_built(result, plan.process, plan.material, shown, outcome.accepted)
+    result = with_print_limits(result, case.print, shown.printability)
     bodies: tuple[PricedBody, ...] = ()
     if case.run.price:
         price, deadline = partial(price_of_lattice, model), cost.deadline(outcome.iterations)
@@ -328,8 +331,9 @@ def shown_design(
         out.read_bytes(STL_NAME)
         design, analysed, surface = accepted.iteration, accepted.analysed, accepted.surface
         rows, remeshed = tuple[LimitRow, ...](), accepted.acceptance.whole
+        built = accepted.bodies.built
     else:
-        design, remeshed = best_iteration(iterations), None
+        design, remeshed, built = best_iteration(iterations), None, None
         with announce.stage("explicit"):
             model = with_design(model, design.rho, design.members)
             analysed = analyse_cells(model, design.rho, on_event=announce.listener)
@@ -339,7 +343,11 @@ def shown_design(
             )
         announce.limits("explicit", rows)
     with announce.stage("printed"):
-        return shown_of(model.plan, design, analysed, surface, rows, remeshed)
+        shown = shown_of(model.plan, design, analysed, surface, rows, remeshed, built)
+    if accepted is None:
+        return shown
+    with announce.stage("as-built variants"):
+        return replace(shown, spreads=variant_spreads(model.limits, accepted.bodies))
 
 
 def judge(

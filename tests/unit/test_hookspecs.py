@@ -19,6 +19,7 @@ from gradedesign import (
     Mesher,
     Output,
     PartReader,
+    Process,
     Repairer,
     ScalingLaw,
 )
@@ -30,6 +31,7 @@ HOOKS = {
     "gradedesign_cell_makers": CellMaker,
     "gradedesign_scaling_laws": ScalingLaw,
     "gradedesign_materials": Material,
+    "gradedesign_processes": Process,
     "gradedesign_meshers": Mesher,
     "gradedesign_readers": PartReader,
     "gradedesign_field_readers": FieldReader,

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from manifold3d import CrossSection, Manifold
 
-from gradedesign.design.printing.as_built import as_built
 from gradedesign.design.printing.feather_edges import feather_edges
 from gradedesign.design.printing.layer_islands import layer_islands
 from gradedesign.design.printing.overhang import overhang
@@ -166,19 +165,6 @@ def test_corners_of_a_free_void_trap_nothing():
     assert voids(block, outline, 0.2, 3.6).trapped_volume_mm3 > 0
 
 
-def test_growth_by_inclination_adds_the_area_of_each_face_times_its_offset():
-    slab = box_surface((10.0, 4.0, 1.0))
-    offsets = ((0.0, 0.2), (90.0, 0.05), (180.0, -0.01))
-    found = as_built(slab, UP, offsets)
-    by_hand = 40 * 0.2 + 2 * (10 + 4) * 0.05 - 40 * 0.01
-    assert found.volume_change_mm3 == pytest.approx(by_hand)
-    assert found.share == pytest.approx(by_hand / 40)
-    assert found.largest_offset_mm == 0.2
-    # Linear between the pairs: of a ball, the mean of the table over the sphere.
-    grown = as_built(BALL, UP, ((0.0, 0.2), (180.0, 0.0)))
-    assert grown.volume_change_mm3 == pytest.approx(4 * np.pi * 25 * 0.1, rel=0.01)
-
-
 def test_thickness_of_a_slab_is_its_own():
     found = wall_thickness(box_surface((20.0, 20.0, 0.8)), rays=20_000).percentiles_mm
     for percentile in ("0.1", "1", "5"):
@@ -220,12 +206,11 @@ def test_feather_edges_are_rims_of_flat_angles():
 def test_everything_is_measured_in_the_build_direction():
     tee = boxes(((4, 0, 0), (2.0, 2.0, 4.5)), ((0, 0, 4.5), (10.0, 2.0, 1.0)))
     solid = wall_thickness(tee, rays=1000)
-    spec = PrintSpec(as_built_offset=[["0 deg", "0.1 mm"]])
+    spec = PrintSpec()
     up = measure_printability(tee, tee, spec, solid)
     down = measure_printability(tee, tee, spec.model_copy(update={"build_direction": "-z"}), solid)
     assert up.overhang.support_volume == pytest.approx(8 * 2 * 4.5, rel=0.02)
     assert down.overhang.support_volume == pytest.approx(0, abs=1e-6)
-    assert up.as_built.largest_offset_mm == 0.1
     assert up.voids.volume_mm3 == 0
     assert enclosed_volume(tee) == pytest.approx(38)
 

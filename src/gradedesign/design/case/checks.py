@@ -122,6 +122,13 @@ def cross_problems(file: CaseFile) -> Iterator[Problem]:
             label="defined",
         )
     yield from repeated_limits(file.limits, names)
+    if file.limits.judged is not None and file.process is None:
+        yield Problem(
+            key=("limits", "judged"),
+            message=f'found "{file.limits.judged}" without [process], so that the designed body is '
+            'the only one; add [process] with name = "..." (gradedesign processes lists them), or '
+            "leave it out",
+        )
     yield from _cell_map_problems(file.lattice, file.region)
     yield from _zone_problems(file)
     yield from outer_problems(file.lattice, file.print)

@@ -20,6 +20,7 @@ from gradedesign.common.values.units import DIMENSIONS
 from gradedesign.common.values.value_types import Name, RegionName
 from gradedesign.design.case.run_schema import OutputSpec, RunSpec
 from gradedesign.design.printing.print_schema import PrintSpec
+from gradedesign.design.printing.process_schema import ProcessSpec
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.lattice.zone_schema import ZoneSpec
 from gradedesign.geometry.part.part_schema import PartSpec
@@ -53,6 +54,7 @@ __all__ = [
     "PartSpec",
     "PlaneSpec",
     "PrintSpec",
+    "ProcessSpec",
     "RegionSpec",
     "RunSpec",
     "SolidMultiple",
@@ -94,6 +96,7 @@ class CaseFile(Table):
     lattice: LatticeSpec
     zone: tuple[ZoneSpec, ...] = ()
     print: PrintSpec | None = None
+    process: ProcessSpec | None = None
     run: RunSpec = Field(default_factory=RunSpec)
     output: OutputSpec = Field(default_factory=OutputSpec)
 
@@ -127,6 +130,7 @@ class Case(Table):
     lattice: SerializeAsAny[LatticeSpec]
     zone: tuple[ZoneSpec, ...]
     print: PrintSpec | None
+    process: ProcessSpec | None
     run: RunSpec
     output: OutputSpec
     case_hash: str

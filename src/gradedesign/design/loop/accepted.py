@@ -16,7 +16,7 @@ from gradedesign.design.acceptance.acceptance import (
     nothing_meshed,
 )
 from gradedesign.design.acceptance.meshed_anew import mesher_tets
-from gradedesign.design.acceptance.whole_solid import WholeJudgement, judge_whole
+from gradedesign.design.acceptance.whole_solid import WholeJudgement, WholeStage
 from gradedesign.design.case.run_schema import RunSpec
 from gradedesign.design.loop.accepted_rows import (
     not_remeshed,
@@ -27,13 +27,16 @@ from gradedesign.design.loop.accepted_rows import (
 )
 from gradedesign.design.loop.analysed import Analysed
 from gradedesign.design.loop.announce import Announcer
+from gradedesign.design.loop.bodies import Bodies, judge_bodies, with_other_body
 from gradedesign.design.loop.exported_surface import WrittenBack, export_surface
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.printed_stage import printed_stage
+from gradedesign.design.printing.as_built_body import as_built_body
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.errors import MeshError, ResourceError, SolverError
 from gradedesign.geometry.contour.islands import Islands
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
 from gradedesign.mechanics.explicit.yielding import yielding_words
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.limit import Limit, limits_stress
@@ -70,8 +73,8 @@ class Accepted:
         As read back from the exported file.
     sha256 : str
         Of that file.
-    whole : WholeJudgement
-        Of the whole printed surface, from two resolutions or more.
+    bodies : Bodies
+        Judgement of the whole printed surface, and of what is built of it.
     acceptance : Acceptance
         By body-fitted meshes of it.
     rows : tuple of LimitRow
@@ -92,7 +95,7 @@ class Accepted:
     surface: SurfaceMesh
     sha256: str
     islands: Islands
-    whole: WholeJudgement
+    bodies: Bodies
     acceptance: Acceptance
     rows: tuple[LimitRow, ...]
     factors: Factors
@@ -100,6 +103,11 @@ class Accepted:
     holds: bool
     unjudged: str
     postponed: bool = False
+
+    @property
+    def whole(self) -> WholeJudgement:
+        """Judgement of the whole surface of the body that decides, from two resolutions or more."""
+        return self.bodies.whole
 
 
 def accept_design(
@@ -120,8 +128,16 @@ def accept_design(
     limits, run = model.limits, model.plan.case.run
     surface, islands, digest = export_surface(model.plan, written_back, analysed)
     began = time.perf_counter()
-    stage = printed_stage(model, surface, analysed, iteration.rho, announce.listener)
-    whole = judge_whole(limits, stage)
+    part = model.plan.part.surface
+    built = as_built_body(model.plan.process, surface, part, analysed.layout.typical / 2.0)
+
+    def staged(printed: SurfaceMesh, solid: PrintedSolid) -> WholeStage:
+        return printed_stage(
+            model, printed, solid, analysed.result, iteration.rho, announce.listener
+        )
+
+    bodies = judge_bodies(limits, staged, analysed.solid, surface, built, announce)
+    whole = bodies.whole
     announce.took("whole printed surface", time.perf_counter() - began)
     limited = limits_stress(limits)
     announce.warnings(yielding_words(whole.result.yields, "the printed solid", limited=limited))
@@ -132,19 +148,19 @@ def accept_design(
         announce.say("acceptance", "submodels wait for the last design: stress is far from its "
                      "limit, and a lighter design is looked for")  # fmt: skip
     else:
-        acceptance = _body_fitted(limits, run, surface, analysed, whole, announce)
+        acceptance = _body_fitted(limits, run, bodies, analysed, announce)
     exported = (surface, islands, digest)
-    return _accepted(limits, exported, iteration, analysed, whole, acceptance, postponed=waits)
+    return _accepted(limits, exported, iteration, analysed, bodies, acceptance, postponed=waits)
 
 
 def judge_stress(
     limits: Sequence[Limit], run: RunSpec, accepted: Accepted, announce: Announcer
 ) -> Accepted:
     """Have the submodels judge a design for which they were postponed."""
-    done, whole = accepted, accepted.whole
-    acceptance = _body_fitted(limits, run, done.surface, done.analysed, whole, announce)
+    done, bodies = accepted, accepted.bodies
+    acceptance = _body_fitted(limits, run, bodies, done.analysed, announce)
     exported = (done.surface, done.islands, done.sha256)
-    return _accepted(limits, exported, done.iteration, done.analysed, whole, acceptance)
+    return _accepted(limits, exported, done.iteration, done.analysed, bodies, acceptance)
 
 
 def _accepted(
@@ -152,7 +168,7 @@ def _accepted(
     exported: tuple[SurfaceMesh, Islands, str],
     iteration: DesignIteration,
     analysed: Analysed,
-    whole: WholeJudgement,
+    bodies: Bodies,
     acceptance: Acceptance,
     *,
     postponed: bool = False,
@@ -162,7 +178,7 @@ def _accepted(
     Finite cells analyse the whole surface and give every row. Where the whole surface or submodels
     of it were meshed anew as well, that analysis corrects the rows that it can judge.
     """
-    surface, islands, digest = exported
+    (surface, islands, digest), whole = exported, bodies.whole
     if acceptance.scope == "whole":
         rows = with_remeshed(limits, whole.rows, acceptance)
     elif acceptance.scope == "submodels":
@@ -171,6 +187,7 @@ def _accepted(
         rows = not_remeshed(whole.rows) if acceptance.failed else whole.rows
     pairs = zip(whole.rows, rows, strict=True)
     fitted = [new for old, new in pairs if new.judged_by != old.judged_by and not new.converges]
+    rows = with_other_body(bodies, rows)
     rows = (*rows, *(row for row in iteration.rows if row.homogenised))
     return Accepted(
         iteration=iteration,
@@ -178,7 +195,7 @@ def _accepted(
         surface=surface,
         sha256=digest,
         islands=islands,
-        whole=whole,
+        bodies=bodies,
         acceptance=acceptance,
         rows=rows,
         factors=learned_factors(iteration.rows, rows),
@@ -209,9 +226,8 @@ def _can_wait(iteration: DesignIteration, whole: WholeJudgement) -> bool:
 def _body_fitted(
     limits: Sequence[Limit],
     run: RunSpec,
-    surface: SurfaceMesh,
+    bodies: Bodies,
     analysed: Analysed,
-    whole: WholeJudgement,
     announce: Announcer,
 ) -> Acceptance:
     """Mesh and analyse the surface again, whole or around its most stressed cells.
@@ -223,6 +239,7 @@ def _body_fitted(
     unless the case asks for the whole by name; where neither can be made, the acceptance has
     failed.
     """
+    surface, solid, whole = bodies.surface, bodies.solid, bodies.whole
     by_submodels = _judged_by_submodels(run, analysed)
     if by_submodels and run.acceptance != "submodels" and not limits_stress(limits):
         announce.say("acceptance", "submodels left out: no limit is on stress, which they judge")
@@ -236,7 +253,7 @@ def _body_fitted(
     def submodels() -> Acceptance:
         return accept_submodels(
             surface,
-            analysed.solid,
+            solid,
             whole.result,
             count=run.submodel_count,
             size=size,
@@ -253,7 +270,7 @@ def _body_fitted(
             refused.append(f"the whole surface was meshed again: {error}")
             announce.say("acceptance", "no cell has room for a submodel: the whole surface instead")
     try:
-        acceptance = accept_whole(surface, analysed.solid, size=size, time_limit_s=run.time)
+        acceptance = accept_whole(surface, solid, size=size, time_limit_s=run.time)
     except (MeshError, ResourceError, SolverError) as error:
         refused.append(f"the whole surface was not analysed in a mesh of its own: {error}")
     else:

@@ -114,7 +114,8 @@ class Announcer:
             largest = "" if row.largest is None else f", largest {row.largest:.4g} {row.unit}"
             self.say(
                 stage,
-                f"{row.name} ({row.load_case}): {row.words}{word}{band}{largest}",
+                f"{row.name} ({row.load_case}): {row.words}{word}{band}{largest}"
+                f"{row.bodies_words and f'; {row.bodies_words}'}",
                 utilisation=row.utilisation,
             )
 

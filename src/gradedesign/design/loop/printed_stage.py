@@ -16,7 +16,6 @@ from gradedesign.design.acceptance.whole_resolution import (
     within_budgets,
 )
 from gradedesign.design.acceptance.whole_solid import WholeStage
-from gradedesign.design.loop.analysed import Analysed
 from gradedesign.design.loop.planned_design import planned_design
 from gradedesign.design.resolve.cell_choice import cells_in_zones
 from gradedesign.design.resolve.design_model import DesignModel
@@ -25,6 +24,7 @@ from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.mechanics.explicit.analysis import Resolution
 from gradedesign.mechanics.explicit.explicit import ExplicitResult, analyse_printed_solid
 from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS, ORDERS
+from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
 from gradedesign.mechanics.fe.displacement_goal import DisplacementGoal
 
 #: The field is exact within this many elements of the surface. Farther samples change no element:
@@ -35,18 +35,19 @@ BAND = 1.0
 def printed_stage(
     model: DesignModel,
     surface: SurfaceMesh,
-    analysed: Analysed,
+    solid: PrintedSolid,
+    result: ExplicitResult,
     rho: FloatArray,
     on_event: Listener,
 ) -> WholeStage:
     """Finite cells on the surface as read back from its file.
 
-    The first spacing resolves walls and struts as the explicit analysis does. ``rho`` is the
-    density of every element of the part, from which the cost of a spacing follows.
+    The first spacing resolves walls and struts as the explicit analysis does, which found
+    ``result``. ``rho`` is the density of every element of the part, from which the cost of a
+    spacing follows.
     """
-    run, solid = model.plan.case.run, analysed.solid
-    division = analysed.result.solved.division
-    planned = replace(planned_design(model, rho), volume=analysed.result.volume)
+    run, division = model.plan.case.run, result.solved.division
+    planned = replace(planned_design(model, rho), volume=result.volume)
     search = surface_search(surface)
     goals: dict[Hashable, DisplacementGoal] = {
         limit.key: goal for limit in model.limits if (goal := limit.goal()) is not None
@@ -73,7 +74,7 @@ def printed_stage(
     return WholeStage(
         analyse=analyse,
         spacing=min(
-            first_spacing(model.plan.tools.analysis, analysed.result.mesh_size, cell)
+            first_spacing(model.plan.tools.analysis, result.mesh_size, cell)
             for cell, _, _ in cells_in_zones(model.cells)
         ),
         ratio=RATIO,

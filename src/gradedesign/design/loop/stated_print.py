@@ -10,6 +10,7 @@ import numpy as np
 
 from gradedesign.common.system.progress import counted, report_step
 from gradedesign.design.loop.exported_surface import case_surface
+from gradedesign.design.printing.as_built_body import AsBuiltBody, as_built_body
 from gradedesign.design.printing.print_checks import check_printed
 from gradedesign.design.printing.printability import Printability
 from gradedesign.design.printing.wall_thickness import WallThickness, wall_thickness
@@ -44,11 +45,14 @@ class SurfaceMeasures:
         Disconnected components that were removed from it.
     printability : Printability or None
         How it is made, where the case has ``[print]``.
+    built : AsBuiltBody or None
+        What is built of it, where the case has ``[process]``.
     """
 
     islands: Islands
     thickness: WallThickness
     printability: Printability | None
+    built: AsBuiltBody | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -133,6 +137,7 @@ def _with_surface(stated: StatedLattice) -> StatedPrint:
             islands=islands,
             thickness=measured,
             printability=check_printed(case.print, part, surface, measured),
+            built=as_built_body(stated.process, surface, part, size / 2.0),
         ),
         made_of=f"{len(surface.faces)} triangles at a grid of {step:.3g} mm",
     )
@@ -141,14 +146,15 @@ def _with_surface(stated: StatedLattice) -> StatedPrint:
 def _layers_alone(stated: StatedLattice) -> bool:
     """Whether a case needs no surface of the lattice.
 
-    True where every format reads the field only and one samples it in layers, and ``[print]`` has
-    no keys but those of layers and of the build volume.
+    True where every format reads the field only and one samples it in layers, ``[print]`` has no
+    keys but those of layers and of the build volume, and there is no ``[process]``.
     """
     printer, formats = stated.case.print, stated.formats
     return (
         any(file.exporter.sample for file in formats)
         and not any(file.exporter.needs_surface for file in formats)
         and len(formats) == len(set(stated.case.output.formats))
+        and stated.process is None
         and printer is not None
         and printer.layer_height is not None
         and printer.model_fields_set <= _OF_LAYERS

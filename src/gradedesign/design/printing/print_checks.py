@@ -22,7 +22,6 @@ from gradedesign.errors import ResourceError
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.row import LimitRow
-from gradedesign.mechanics.material.material import Material
 
 #: Share of the memory that the voxels of the checks may take. Chosen, not measured.
 _MEMORY_SHARE = 0.5
@@ -146,10 +145,8 @@ def broken_words(rows: Sequence[LimitRow]) -> str:
     )
 
 
-def print_warnings(
-    spec: PrintSpec | None, printability: Printability | None, material: Material | None
-) -> tuple[str, ...]:
-    """Warnings on the printed solid that no limit of the case covers, and its growth as built."""
+def print_warnings(spec: PrintSpec | None, printability: Printability | None) -> tuple[str, ...]:
+    """Warnings on the printed solid that no limit of the case covers."""
     if printability is None or spec is None:
         return ()
     return tuple(
@@ -160,7 +157,6 @@ def print_warnings(
             _powder(spec, printability),
             _islands(spec, printability),
             _support(spec, printability),
-            _growth(printability, material),
         )
         if words
     )
@@ -236,20 +232,6 @@ def _support(spec: PrintSpec, printability: Printability) -> str:
     )
 
 
-def _growth(printability: Printability, material: Material | None) -> str:
-    grown = printability.as_built
-    if grown is None:
-        return ""
-    mass = (
-        "" if material is None else f", {grown.volume_change_mm3 * material.density * 1e6:+.4g} g"
-    )
-    return (
-        f"as built, [print] as_built_offset changes the volume by {grown.volume_change_mm3:+.4g} "
-        f"mm^3 ({grown.share:+.1%}{mass}), to first order; the analysis knows the file without it: "
-        f"stiffness and stress are not restated"
-    )
-
-
 def _point(place: tuple[float, float, float] | None, unit: str = " mm") -> str:
     return f"({', '.join(f'{c:.4g}' for c in place or ())}){unit}"
 
@@ -280,6 +262,5 @@ def print_data(printability: Printability | None) -> dict[str, Any]:
             "feather_edges": (
                 None if printability.feathers is None else asdict(printability.feathers)
             ),
-            "as_built": None if printability.as_built is None else asdict(printability.as_built),
         }
     }

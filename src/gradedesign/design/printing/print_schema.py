@@ -2,63 +2,22 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, TypeAlias
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
 from gradedesign.common.values.direction import Direction
-from gradedesign.common.values.suggest import shown
 from gradedesign.common.values.table import Table
 from gradedesign.common.values.value_types import (
     Choice,
-    JsonSchema,
     Number,
     Quantity,
-    Reader,
-    Refused,
     Size,
     Triple,
     Vector,
     Whole,
 )
-
-#: Pairs of an inclination in degrees and an offset in mm, by rising inclination.
-Offsets: TypeAlias = tuple[tuple[float, float], ...]
-_EXAMPLE = '[["0 deg", "0.2 mm"], ["45 deg", "0.05 mm"], ["90 deg", "0 mm"]]'
-#: Most pairs of a table, and the largest growth or shrinkage of any process, mm. Chosen, not
-#: measured.
-_MOST_PAIRS, _MOST_OFFSET = 100, 10.0
-_INCLINATION = Quantity("angle", at_least=0.0, at_most=180.0)
-_GROWTH = Quantity("length", at_least=-_MOST_OFFSET, at_most=_MOST_OFFSET)
-
-
-class _Offsets(Reader):
-    """Pairs of an inclination and an offset, by rising inclination."""
-
-    __slots__ = ()
-
-    def read(self, value: object) -> Offsets:
-        if not isinstance(value, list) or not 0 < len(value) <= _MOST_PAIRS:
-            raise Refused(f"found {shown(value)}; expected pairs such as {_EXAMPLE}")
-        pairs = []
-        for n, pair in enumerate(value, start=1):
-            if not isinstance(pair, list) or len(pair) != 2:
-                raise Refused(f"entry {n}: found {shown(pair)}; expected a pair as in {_EXAMPLE}")
-            try:
-                pairs.append((_INCLINATION.read(pair[0]), _GROWTH.read(pair[1])))
-            except Refused as error:
-                raise Refused(f"entry {n}: {error}") from None
-            if n > 1 and not pairs[-1][0] > pairs[-2][0]:
-                raise Refused(f"entry {n}: found {shown(pair[0])}; expected rising angles")
-        return tuple(pairs)
-
-    def json_schema(self) -> JsonSchema:
-        kinds = [_INCLINATION.json_schema(), _GROWTH.json_schema()]
-        pair = {"type": "array", "items": kinds, "minItems": 2, "maxItems": 2}
-        pairs = {"type": "array", "items": pair, "minItems": 1, "maxItems": _MOST_PAIRS}
-        return {**pairs, "examples": [json.loads(_EXAMPLE)]}
 
 
 class PrintLimitsSpec(Table):
@@ -92,6 +51,10 @@ class PrintLimitsSpec(Table):
 class PrintSpec(Table):
     """Capabilities of the printer, and limits on the printed solid."""
 
+    replaced: ClassVar[Mapping[str, str]] = {
+        "as_built_offset": "is what a process does to the surface: write its pairs as offset in "
+        "[process], whose as-built body is then measured and analysed"
+    }
     called: ClassVar[Mapping[str, str]] = {
         "min_thickness": "min_wall",
         "min_feature": "min_wall",
@@ -126,8 +89,5 @@ class PrintSpec(Table):
         Annotated[Triple, Vector("length", '["250 mm", "250 mm", "300 mm"]', 0.0)] | None
     ) = None
     """Room of the printer along its x, y and upwards, mm."""
-    as_built_offset: Annotated[Offsets, _Offsets()] | None = None
-    """Growth of the printed surface, mm, by its inclination: 0 deg looks down at the plate, 90 deg
-    is a wall, 180 deg looks up; linear between the pairs, constant beyond them."""
     limits: PrintLimitsSpec = Field(default_factory=PrintLimitsSpec)
     """Limits on the printed solid."""

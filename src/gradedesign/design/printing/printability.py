@@ -1,4 +1,4 @@
-"""The printed solid, measured for how it is made: overhangs, islands, voids, growth, rims."""
+"""The printed solid, measured for how it is made: overhangs, islands, voids, rims."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import report_step
 from gradedesign.common.values.direction import FRAMES
-from gradedesign.design.printing.as_built import AsBuilt, as_built
 from gradedesign.design.printing.feather_edges import FeatherEdges, feather_edges
 from gradedesign.design.printing.layer_islands import LayerIslands, layer_islands
 from gradedesign.design.printing.overhang import Overhang, overhang
@@ -32,12 +31,10 @@ MOST_VOXELS = 2**31 - 1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Printability:
-    """Measures of the printed solid as a print: overhangs, islands, voids, growth, thickness.
+    """Measures of the printed solid as a print: overhangs, islands, voids, thickness.
 
     Attributes
     ----------
-    as_built : AsBuilt or None
-        Where the case states how the process grows.
     feathers : FeatherEdges or None
         Where the case states the thinnest wall.
     """
@@ -47,7 +44,6 @@ class Printability:
     overhang: Overhang
     islands: LayerIslands
     voids: Voids
-    as_built: AsBuilt | None
     feathers: FeatherEdges | None
 
 
@@ -98,8 +94,5 @@ def measure_printability(
         overhang=hanging,
         islands=islands,
         voids=voids,
-        as_built=None
-        if spec.as_built_offset is None
-        else as_built(surface, frame[2], spec.as_built_offset),
         feathers=None if spec.min_wall is None else feather_edges(surface, spec.min_wall),
     )

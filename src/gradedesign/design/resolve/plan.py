@@ -9,6 +9,7 @@ from gradedesign.arrays import Field
 from gradedesign.common.system.progress import report_step
 from gradedesign.common.values.locate import Where, locating
 from gradedesign.design.case.schema import Case
+from gradedesign.design.printing.as_built_body import StatedProcess, process_warnings
 from gradedesign.design.resolve.component_place import component_place
 from gradedesign.design.resolve.exclusion import require_judged, zones_of_supports
 from gradedesign.design.resolve.expected_design import expected_design
@@ -25,6 +26,7 @@ from gradedesign.design.resolve.planned_law import PlannedLaw
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.resolve import (
     case_material,
+    case_process,
     planned_densities,
     require_below_yield,
     stated_family,
@@ -65,6 +67,8 @@ class Plan:
     case : Case
     tools : Tools
     material : Material
+    process : StatedProcess or None
+        That prints it, where the case states it.
     part : Part
     domain : DesignDomain
     cell : Cell
@@ -92,6 +96,7 @@ class Plan:
     case: Case
     tools: Tools
     material: Material
+    process: StatedProcess | None = None
     part: Part
     domain: DesignDomain
     cell: Cell
@@ -164,6 +169,7 @@ def require_printable(plan: Plan) -> None:
 def _without_zones(case: Case, registry: Registry) -> Plan:
     """The case as if it had no zones."""
     material = case_material(case.material, registry, case.where)
+    process = case_process(case.process, case.print, case.limits.judged, registry, case.where)
     yielding = require_below_yield(case.limits, material, case.where)
     family, parameters = stated_family(
         registry, case.where, "lattice", case.lattice.cell, case.lattice.parameters
@@ -192,6 +198,7 @@ def _without_zones(case: Case, registry: Registry) -> Plan:
         case=case,
         tools=tools,
         material=material,
+        process=process,
         part=part,
         domain=domain,
         cell=cell,
@@ -205,6 +212,7 @@ def _without_zones(case: Case, registry: Registry) -> Plan:
         warnings=(
             *case.warnings,
             *yielding,
+            *process_warnings(process, material),
             *_shape_warnings(case, part, domain, layout),
             *balance_warnings(balances),
             *yielding_loads(case.load_case, part, balances, material, case.where),

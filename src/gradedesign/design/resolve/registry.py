@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from gradedesign.common.values.plugins_by_name import supplied_by
 from gradedesign.common.values.suggest import described, instead, meant, question
+from gradedesign.design.printing.process import Process
 from gradedesign.errors import CaseError, PluginError
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.maker import CellMaker
@@ -33,6 +34,7 @@ Kind = Literal[
     "cell_makers",
     "scaling_laws",
     "materials",
+    "processes",
     "readers",
     "field_readers",
     "repairers",
@@ -52,6 +54,7 @@ NOUNS: Mapping[Kind, str] = {
     "cell_makers": "cell maker",
     "scaling_laws": "scaling law",
     "materials": "material",
+    "processes": "printing process",
     "readers": "part reader",
     "field_readers": "reader of fields",
     "repairers": "repairer",
@@ -98,9 +101,9 @@ class Registry:
 
     Attributes
     ----------
-    cell_families, cell_makers, scaling_laws, materials, readers, field_readers : mapping
+    cell_families, cell_makers, scaling_laws, materials, processes, readers : mapping
         Name to record.
-    repairers, exporters, outputs, solvers, eigen_solvers, meshers, limits : mapping
+    field_readers, repairers, exporters, outputs, solvers, eigen_solvers, meshers, limits : mapping
         Name to record.
     components, analyses : mapping
         Name to record.
@@ -118,6 +121,7 @@ class Registry:
     cell_makers: Mapping[str, CellMaker]
     scaling_laws: Mapping[str, ScalingLaw]
     materials: Mapping[str, Material]
+    processes: Mapping[str, Process]
     readers: Mapping[str, PartReader]
     field_readers: Mapping[str, FieldReader]
     repairers: Mapping[str, Repairer]

@@ -7,7 +7,9 @@ from collections.abc import Mapping
 
 from gradedesign.common.values.locate import Where, locating
 from gradedesign.design.case.material_checks import beyond_yield, beyond_yield_warning
+from gradedesign.design.printing.as_built_body import StatedProcess
 from gradedesign.design.printing.print_schema import PrintSpec
+from gradedesign.design.printing.process_schema import ProcessSpec
 from gradedesign.design.resolve.planned_law import PlannedLaw, planned_law
 from gradedesign.design.resolve.registry import Registry, lookup
 from gradedesign.errors import CaseError, DensityError
@@ -65,6 +67,67 @@ def resolve_material(spec: MaterialSpec, registry: Registry) -> Material:
         return Material(**{**values, **stated, "source": source})
     # Reading refuses a safety factor without a yield strength, so nothing asks for a missing one.
     return Material(name="stated in the case", **{"yield_strength": math.nan, **stated})
+
+
+def case_process(
+    spec: ProcessSpec | None,
+    printer: PrintSpec | None,
+    judged: str | None,
+    registry: Registry,
+    where: Where,
+) -> StatedProcess | None:
+    """The process of a case, from the library or stated; None where it has no ``[process]``.
+
+    Parameters
+    ----------
+    printer : PrintSpec or None
+        States the build direction.
+    judged : str or None
+        ``[limits] judged``; both bodies where it is not stated and an as-built one is known.
+
+    Raises
+    ------
+    CaseError
+        If there is none of its name, or what is asked of it is not known of it.
+    """
+    if spec is None:
+        return None
+    if spec.name is None:
+        process = spec.record("stated")
+    else:
+        with locating(where, "process.name"):
+            process = lookup(registry, "processes", spec.name)
+    unknown = (
+        (
+            "limits.judged",
+            judged in ("as_built", "both") and not process.has_body,
+            f'"{judged}", but of process {process.name} neither offset, waviness nor stiffness is '
+            f'known, so that it has no as-built body; expected "nominal", or another process',
+        ),
+        (
+            "process.compensate",
+            spec.compensate and not (process.strut_size or process.offset),
+            f"true, but no offset of process {process.name} is known; leave it out, or name "
+            f"another process",
+        ),
+        (
+            "process.variants",
+            spec.variants and process.scatter is None and process.waviness is None,
+            f"{spec.variants}, but of process {process.name} neither scatter nor waviness is "
+            f"known, so that all would be alike; leave it out",
+        ),
+    )
+    for key, wrong, words in unknown:
+        if wrong:
+            raise CaseError(f"{where(key)}: found {words}")
+    return StatedProcess(
+        process=process,
+        direction="+z" if printer is None else printer.build_direction,
+        judged=judged or ("both" if process.has_body else "nominal"),
+        compensate=spec.compensate,
+        variants=spec.variants,
+        seed=spec.seed,
+    )
 
 
 def require_below_yield(limits: LimitsSpec, material: Material, where: Where) -> tuple[str, ...]:

@@ -9,10 +9,11 @@ from typing import Any
 from gradedesign.common.system.progress import report_step
 from gradedesign.common.values.locate import Where
 from gradedesign.design.case.schema import Case
+from gradedesign.design.printing.as_built_body import StatedProcess
 from gradedesign.design.resolve.component_place import component_place
 from gradedesign.design.resolve.lattice_files import LatticeFile, lattice_files, require_writable
 from gradedesign.design.resolve.registry import Registry
-from gradedesign.design.resolve.resolve import case_material
+from gradedesign.design.resolve.resolve import case_material, case_process
 from gradedesign.design.resolve.stated_cells import (
     least_density,
     placed_cells,
@@ -44,6 +45,8 @@ class StatedLattice:
         Thinnest wall or strut at the least density.
     material : Material or None
         None where the case names none.
+    process : StatedProcess or None
+        That prints it, where the case states it.
     formats : tuple of LatticeFile
         Files of the lattice that the case asks for.
     cell_map : mapping
@@ -60,6 +63,7 @@ class StatedLattice:
     design: LatticeDesign
     wall: float
     material: Material | None
+    process: StatedProcess | None
     formats: tuple[LatticeFile, ...]
     cell_map: Mapping[str, Any]
     transition: Mapping[str, Any]
@@ -85,6 +89,7 @@ def stated_lattice(
     material = None
     if case.material is not None:
         material = case_material(case.material, registry, case.where)
+    process = case_process(case.process, case.print, case.limits.judged, registry, case.where)
     report_step("density and cell map")
     cells = stated_cells(case, registry)
     place = component_place(case, part, cells.members)
@@ -116,6 +121,7 @@ def stated_lattice(
         design=design,
         wall=thinnest_wall(cells, least_density(design.density), case.lattice.cell_size),
         material=material,
+        process=process,
         formats=formats,
         cell_map=layout.report,
         transition=transition,

@@ -15,14 +15,12 @@ from gradedesign.design.printing.print_schema import PrintSpec
 from gradedesign.design.printing.printability import Printability
 from gradedesign.design.printing.wall_thickness import WallThickness
 from gradedesign.design.verdict.result import RunResult
-from gradedesign.mechanics.material.material import Material
 
 
 def with_print_limits(
     result: RunResult,
     spec: PrintSpec | None,
     printability: Printability | None,
-    material: Material | None,
 ) -> RunResult:
     """The result with the limits of ``[print.limits]``; a design that breaks one is not met.
 
@@ -41,7 +39,7 @@ def with_print_limits(
         reason=reason,
         limits=(*result.limits, *rows),
         measures={**result.measures, **print_data(printability)},
-        warnings=(*result.warnings, *print_warnings(spec, printability, material)),
+        warnings=(*result.warnings, *print_warnings(spec, printability)),
     )
 
 

@@ -7,7 +7,9 @@ from dataclasses import dataclass, replace
 from gradedesign.arrays import FloatArray
 from gradedesign.design.acceptance.printed_body import PrintedBody, measure_printed
 from gradedesign.design.loop.analysed import Analysed
+from gradedesign.design.loop.bodies import Spread
 from gradedesign.design.loop.iteration import DesignIteration
+from gradedesign.design.printing.as_built_body import AsBuiltBody, as_built_body
 from gradedesign.design.printing.print_checks import check_printed
 from gradedesign.design.printing.printability import Printability
 from gradedesign.design.resolve.plan import Plan
@@ -41,6 +43,10 @@ class Shown:
         Limits by the explicit analysis, with bands; empty where acceptance judged the design.
     remeshed : ExplicitResult or None
         Its acceptance, where its whole surface was meshed.
+    built : AsBuiltBody or None
+        What the process of the case builds of that surface.
+    spreads : tuple of Spread
+        Limits over random as-built bodies, where the case asks for them.
     """
 
     rho: FloatArray
@@ -52,6 +58,8 @@ class Shown:
     rows: tuple[LimitRow, ...] = ()
     remeshed: ExplicitResult | None = None
     members: MemberField | None = None
+    built: AsBuiltBody | None = None
+    spreads: tuple[Spread, ...] = ()
 
 
 def shown_of(
@@ -61,8 +69,9 @@ def shown_of(
     surface: SurfaceMesh,
     rows: tuple[LimitRow, ...] = (),
     remeshed: ExplicitResult | None = None,
+    built: AsBuiltBody | None = None,
 ) -> Shown:
-    """Measure the exported surface of an analysed design; the last two as in `Shown`."""
+    """Measure the exported surface of an analysed design; the last three as in `Shown`."""
     solved = analysed.result.solved
     fields = solved.surface_fields(governing_load_case(analysed.result))
     printed = measure_printed(
@@ -82,4 +91,6 @@ def shown_of(
         remeshed=remeshed,
         printability=check_printed(plan.case.print, plan.part.surface, surface, printed.thickness),
         rows=rows,
+        built=built
+        or as_built_body(plan.process, surface, plan.part.surface, analysed.layout.typical / 2.0),
     )

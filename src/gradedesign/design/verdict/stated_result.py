@@ -9,6 +9,7 @@ import numpy as np
 
 from gradedesign.design.acceptance.body import void_warnings
 from gradedesign.design.loop.stated_print import StatedPrint, SurfaceMeasures
+from gradedesign.design.printing.as_built_body import as_built_data, process_warnings
 from gradedesign.design.printing.print_schema import PrintSpec
 from gradedesign.design.resolve.outer_triangles import outer_data
 from gradedesign.design.resolve.registry import Registry
@@ -44,6 +45,7 @@ def stated_result(registry: Registry, stated: StatedLattice, made: StatedPrint) 
         *_mix_warnings(stated.transition),
         *density_warnings(stated, slabs, beside),
         *_surface_warnings(case.print, surface, volume),
+        *_process_warnings(stated, surface),
     )
     on = slabs[0].measured_on
     density: dict[str, Any] = {
@@ -69,6 +71,7 @@ def stated_result(registry: Registry, stated: StatedLattice, made: StatedPrint) 
             "volume_mm3": volume,
             "joints_mm3": joints,
             **_loose_data(made),
+            **_as_built(stated, surface),
         },
         printed={}
         if surface is None
@@ -82,7 +85,7 @@ def stated_result(registry: Registry, stated: StatedLattice, made: StatedPrint) 
         **case_entries(case.named, part, material, registry),
     )
     printability = None if surface is None else surface.printability
-    return with_print_limits(result, case.print, printability, material)
+    return with_print_limits(result, case.print, printability)
 
 
 def _surface_warnings(
@@ -95,6 +98,20 @@ def _surface_warnings(
         return ()
     islands = surface.islands
     return tuple(void_warnings(islands.pockets, islands.pocket_volume, volume))
+
+
+def _process_warnings(stated: StatedLattice, surface: SurfaceMeasures | None) -> tuple[str, ...]:
+    """Sentences on what is not known of the process of the case."""
+    widths = None if surface is None else surface.thickness.percentiles_mm
+    return process_warnings(stated.process, stated.material, widths)
+
+
+def _as_built(stated: StatedLattice, surface: SurfaceMeasures | None) -> dict[str, Any]:
+    """Entry ``as_built`` of the measures; empty without a process."""
+    density = None if stated.material is None else stated.material.density
+    built = None if surface is None else surface.built
+    data = as_built_data(stated.process, built, density)
+    return {"as_built": data} if data else {}
 
 
 def _loose_data(made: StatedPrint) -> dict[str, Any]:

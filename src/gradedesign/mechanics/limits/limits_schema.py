@@ -243,6 +243,9 @@ class LimitsSpec(Table):
     quarter of a cell, less around small supports and in small parts."""
     displacement: tuple[DisplacementLimit, ...] = ()
     """Displacement limits."""
+    judged: Annotated[str, Choice(("nominal", "as_built", "both"))] | None = None
+    """Body that must meet the limits where the case has [process]: the designed one (``nominal``),
+    the one that the process builds of it (``as_built``), or ``both``, as by default."""
 
     @classmethod
     def lists(cls) -> tuple[str, ...]:

@@ -56,6 +56,9 @@ class LimitRow:
     remeshed : float
         Share of the submodels that were to correct the value, or of the whole surface, of which an
         independent mesh could be made and solved; 1 for a value that no such mesh judges.
+    nominal, as_built : float or None
+        Decisive values of the designed body and of the one that the process builds of it; the
+        row's own is one of them. None without a process.
     """
 
     key: LimitKey
@@ -77,6 +80,8 @@ class LimitRow:
     largest: float | None = None
     remeshed: float = 1.0
     solid_is_best: bool = True
+    nominal: float | None = None
+    as_built: float | None = None
 
     @property
     def decisive(self) -> float:
@@ -109,6 +114,13 @@ class LimitRow:
     def band_words(self) -> str:
         """Both ends of the band, ``40.1 to 43.9``; empty where there is none."""
         return "" if self.band is None else f"{self.band.low:.4g} to {self.band.high:.4g}"
+
+    @property
+    def bodies_words(self) -> str:
+        """Both bodies beside each other, ``nominal 43.9, as built 41.2 MPa``; empty without any."""
+        if self.nominal is None or self.as_built is None:
+            return ""
+        return f"nominal {self.nominal:.4g}, as built {self.as_built:.4g} {self.unit}".rstrip()
 
     @property
     def passed(self) -> bool:

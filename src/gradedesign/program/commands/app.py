@@ -331,6 +331,14 @@ def materials(strict_plugins: Strict = False, as_json: Json = False) -> None:
 
 
 @app.command()
+def processes(strict_plugins: Strict = False, as_json: Json = False) -> None:
+    """List the printing processes with what was measured of them and their sources."""
+    from gradedesign.program.commands.lists import processes as command
+
+    command(strict_plugins=strict_plugins, as_json=as_json)
+
+
+@app.command()
 def schema(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="File to write [standard output].")

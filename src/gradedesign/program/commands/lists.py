@@ -1,4 +1,4 @@
-"""``gradedesign cells`` and ``gradedesign materials``."""
+"""``gradedesign cells``, ``gradedesign materials`` and ``gradedesign processes``."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import numpy as np
 import typer
 
 from gradedesign.common.system.cache import content_key, load_arrays, store_arrays
+from gradedesign.design.printing.process import Process
 from gradedesign.design.resolve.choose_law import AUTO_KINDS
 from gradedesign.design.resolve.registry import Registry, lookup
 from gradedesign.design.resolve.resolve_law import buckling_basis
@@ -284,3 +285,46 @@ def materials(*, strict_plugins: bool, as_json: bool) -> None:
             for d in data
         ],
     )
+
+
+#: Inclinations of struts in the list of processes, degrees.
+_SHOWN_INCLINATIONS = (0.0, 45.0, 90.0)
+
+
+def processes(*, strict_plugins: bool, as_json: bool) -> None:
+    """Print the printing processes."""
+    registry = registry_for(strict_plugins=strict_plugins)
+    shelf: Sequence[Process] = list(registry.processes.values())
+    if as_json:
+        print_json([_process_data(process) for process in shelf])
+        return
+    print_table(
+        "Printing processes; struts change by um at 0, 45 and 90 deg to the plate",
+        ("process", "material", "struts um", "scatter um", "sizes mm", "n", "source"),
+        [
+            (
+                process.name,
+                process.material or "-",
+                ", ".join(f"{1e3 * size:+.3g}" for size in _strut_sizes(process).values()) or "-",
+                "-" if process.scatter is None else f"{1e3 * process.scatter:.3g}",
+                "-" if process.sizes is None else "{:g}-{:g}".format(*process.sizes),
+                "-" if process.samples is None else str(process.samples),
+                process.source,
+            )
+            for process in shelf
+        ],
+    )
+
+
+def _process_data(process: Process) -> dict[str, Any]:
+    """Plain data on a process, lengths in mm."""
+    return {
+        **asdict(process),
+        "strut_size_mm": {f"{a:g}": size for a, size in _strut_sizes(process).items()},
+    }
+
+
+def _strut_sizes(process: Process) -> dict[float, float]:
+    """Change of the width of struts by inclination, mm; empty where it is not known."""
+    known = process.strut_size or process.offset
+    return {a: process.strut_size_at(a) for a in _SHOWN_INCLINATIONS} if known else {}

@@ -17,6 +17,7 @@ from gradedesign.program.commands.compiled_ahead import compiling_ahead
 from gradedesign.program.commands.plugins import registry_for
 from gradedesign.program.commands.progress_lines import ProgressLines
 from gradedesign.program.commands.show import (
+    print_as_built,
     print_files,
     print_json,
     print_limits,
@@ -121,6 +122,7 @@ def _print_stated(result: RunResult) -> None:
     )
     if result.mass_g is not None:
         print_text(f"mass {result.mass_g:.4g} g of {result.solid_mass_g:.4g} g solid")
+    print_as_built(result)
     if thin := result.printed.get("thickness_percentiles_mm"):
         print_text(
             f"thickness: 0.1, 1 and 5 % of the surface have less than {thin['0.1']:.3g}, "
@@ -155,6 +157,7 @@ def print_verdict(result: RunResult) -> None:
             f"({result.relative_density:.1%}){lattice}",
             hang=2,
         )
+    print_as_built(result)
     print_bodies(
         result.bodies,
         result.why_lattice,

@@ -9,6 +9,7 @@ from typing import Any
 
 import typer
 
+from gradedesign.design.verdict.result import RunResult
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.program.commands.layout import say, table_lines, wrapped
 
@@ -64,6 +65,28 @@ def print_limits(rows: Sequence[LimitRow]) -> None:
     )
     for basis, mark in marks.items():
         print_text(f"  {mark} {basis}", hang=6)
+    for row in rows:
+        if row.bodies_words:
+            print_text(f"  {row.name} ({row.load_case}): {row.bodies_words}", hang=6)
+
+
+def print_as_built(result: RunResult) -> None:
+    """Print the masses of the designed and the as-built body, and what varies between bodies."""
+    built = result.measures.get("as_built", {})
+    if built.get("nominal_g") is not None:
+        nominal, grown = built["nominal_g"], built["as_built_g"]
+        print_text(
+            f"as built by {built['process']}: {grown:.4g} g, nominal {nominal:.4g} g "
+            f"({grown / nominal - 1.0:+.1%})",
+            hang=2,
+        )
+    for entry in built.get("variants", ()):
+        print_text(
+            f"  {entry['limit']} ({entry['load_case']}) over random bodies: mean "
+            f"{entry['mean']:.4g}, 5 to 95 % {entry['low']:.4g} to {entry['high']:.4g} "
+            f"{entry['unit']}, {entry['held']:.0%} hold",
+            hang=6,
+        )
 
 
 def print_warnings(warnings: Iterable[str]) -> None:

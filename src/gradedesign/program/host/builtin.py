@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from gradedesign.design.printing.process import Process
+from gradedesign.design.printing.process_library import builtin_processes
 from gradedesign.geometry.cell.formula_cell import FORMULA_MAKER
 from gradedesign.geometry.cell.maker import CellMaker
 from gradedesign.geometry.formats.exporter import Exporter
@@ -38,6 +40,12 @@ def gradedesign_cell_makers() -> Iterable[CellMaker]:
 def gradedesign_materials() -> Iterable[Material]:
     """Register the material library."""
     return builtin_materials()
+
+
+@hookimpl
+def gradedesign_processes() -> Iterable[Process]:
+    """Register the published processes."""
+    return builtin_processes()
 
 
 @hookimpl

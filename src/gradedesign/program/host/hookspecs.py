@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from gradedesign.design.printing.process import Process
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.maker import CellMaker
 from gradedesign.geometry.formats.exporter import Exporter
@@ -108,6 +109,25 @@ def gradedesign_materials() -> Iterable[Material]:
     ...     )
     >>> [material.name for material in gradedesign_materials()]
     ['my-resin']
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_processes() -> Iterable[Process]:
+    """Register printing processes: how they change what they build (degrees, mm).
+
+    Examples
+    --------
+    >>> from gradedesign import Process, hookimpl
+    >>> @hookimpl
+    ... def gradedesign_processes():
+    ...     yield Process(
+    ...         name="my-printer", strut_size=((0.0, 0.12), (90.0, 0.03)), scatter=0.02,
+    ...         material="Ti-6Al-4V", samples=24, source="coupons of 2026-03",
+    ...     )
+    >>> [process.name for process in gradedesign_processes()]
+    ['my-printer']
     """
     return ()
 

@@ -11,6 +11,7 @@ from typing import Any, Literal, NamedTuple
 import pluggy
 
 from gradedesign.common.values.suggest import nearest
+from gradedesign.design.printing.process import Process
 from gradedesign.design.resolve.registry import NOUNS, Kind, PluginFailure, PluginSource, Registry
 from gradedesign.errors import Interrupted, PluginError
 from gradedesign.geometry.cell.family import CellFamily
@@ -62,6 +63,7 @@ _SHELVES: Mapping[Kind, _Shelf] = {
     "cell_makers": _Shelf(CellMaker, _DASHED),
     "scaling_laws": _Shelf(ScalingLaw, _DASHED),
     "materials": _Shelf(Material, _SPACED),
+    "processes": _Shelf(Process, _DASHED),
     "readers": _Shelf(PartReader, _DASHED),
     "field_readers": _Shelf(FieldReader, _UNDERSCORED),
     "repairers": _Shelf(Repairer, _DASHED),

@@ -52,7 +52,11 @@ from gradedesign.program.outputs.drawn_files import (
 )
 from gradedesign.program.outputs.iteration_log import iteration_log
 from gradedesign.program.outputs.output import FinishedRun, Output
-from gradedesign.program.outputs.printed_files import write_lattice_files, write_printed
+from gradedesign.program.outputs.printed_files import (
+    compensated_file,
+    write_lattice_files,
+    write_printed,
+)
 from gradedesign.program.outputs.provenance import stamped
 from gradedesign.program.store.run_folder import RunFolder
 
@@ -90,6 +94,7 @@ def write_outputs(
             yield from density_picture(out, part, computed.density, files)
         if shown is not None:
             yield from _exported_files(out, plan, shown.surface, shown.analysed.design, files)
+            yield from compensated_file(out, shown.built, files)
             limit = allowed_stress(case.limits, plan.material)
             yield from lattice_pictures(out, plan.domain, limit, shown, files)
         elif rho is not None and case.run.stop_after == "lattice":
@@ -127,6 +132,7 @@ def write_stated(
 
     def drawn(files: dict[str, str]) -> Iterator[str]:
         files |= write_lattice_files(out, formats, made.lattice)
+        yield from compensated_file(out, made.surface and made.surface.built, files)
         if made.surface is not None:
             title = f"{case.lattice.cell}, cells of {case.lattice.size_words}"
             yield from crossing_warnings(made.lattice.surface)

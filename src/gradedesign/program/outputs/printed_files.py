@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from gradedesign.common.system.atomic import replacing_path
+from gradedesign.design.printing.as_built_body import AsBuiltBody
 from gradedesign.design.resolve.lattice_files import STL_NAME, LatticeFile
 from gradedesign.errors import PluginError, blaming
 from gradedesign.geometry.formats.printed_lattice import PrintedLattice
@@ -14,6 +15,12 @@ from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.program.store.run_folder import RunFolder
 
 log = logging.getLogger(__name__)
+
+#: Of the file whose built body is the designed one.
+COMPENSATED_NAME = "lattice_compensated.stl"
+#: Distance from the designed surface, mm, above which a remark tells what compensation leaves: the
+#: usual standard deviation of struts. Chosen, not measured.
+REMARKED = 0.05
 
 
 def written_back(out: RunFolder, surface: SurfaceMesh, outer: bytes) -> tuple[SurfaceMesh, str]:
@@ -30,6 +37,25 @@ def write_printed(out: RunFolder, surface: SurfaceMesh, outer: bytes) -> str:
     digest = write_stl(out.path_of(STL_NAME), surface, outer)
     out.adopt(STL_NAME, digest)
     return digest
+
+
+def compensated_file(
+    out: RunFolder, body: AsBuiltBody | None, files: dict[str, str]
+) -> Iterator[str]:
+    """Write the surface of which the process builds the designed one; a remark on what is left."""
+    if body is None or body.compensated is None:
+        return
+    write_stl(out.path_of(COMPENSATED_NAME), body.file)
+    out.adopt(COMPENSATED_NAME)
+    files["compensated"] = COMPENSATED_NAME
+    left = body.compensated
+    if left.most_mm > REMARKED:
+        yield (
+            f"{COMPENSATED_NAME}: what process {body.building.process.name} builds of it lies up "
+            f"to {left.most_mm:.2g} mm from the designed surface (root mean square "
+            f"{left.rms_mm:.2g} mm, 1 % of the vertices farther): features no wider than what the "
+            f"process adds to them cannot be compensated"
+        )
 
 
 def write_lattice_files(
