@@ -3,7 +3,8 @@
 Read this first. Part, solid analysis; then iterations of sizing on the homogenised part, explicit
 analysis and correction; then acceptance: the exported surface, meshed again whole, decides, or its
 most stressed submodels correct the stress of the explicit analysis; a miss iterates again. Where
-the case states the density of its lattice, nothing is sought: part, lattice, print checks.
+the case states the density of its lattice, nothing is sought: part, lattice, print checks. Above
+300 lines: every stage of both ways in one place.
 """
 
 from __future__ import annotations

@@ -15,6 +15,7 @@ from gradedesign.design.printing.as_built import (
     Building,
     Compensated,
     as_built_surface,
+    building_on,
     compensated_surface,
 )
 from gradedesign.design.printing.process import Process
@@ -101,12 +102,8 @@ def as_built_body(
     if stated is None or not stated.process.has_body:
         return None
     report_step("as-built body")
-    building = Building(
-        process=stated.process,
-        up=np.array(FRAMES[stated.direction][2], dtype=np.float64),
-        held=_facets_on(surface, part),
-        strut=strut,
-    )
+    up = np.array(FRAMES[stated.direction][2], dtype=np.float64)
+    building = building_on(surface, stated.process, up, _facets_on(surface, part), strut)
     compensated = compensated_surface(surface, building) if stated.compensate else None
     file = surface if compensated is None else compensated.surface
     return AsBuiltBody(

@@ -132,8 +132,8 @@ def write_stated(
 
     def drawn(files: dict[str, str]) -> Iterator[str]:
         files |= write_lattice_files(out, formats, made.lattice)
-        yield from compensated_file(out, made.surface and made.surface.built, files)
         if made.surface is not None:
+            yield from compensated_file(out, made.surface.built, files)
             title = f"{case.lattice.cell}, cells of {case.lattice.size_words}"
             yield from crossing_warnings(made.lattice.surface)
             yield from lattice_picture(
