@@ -8,11 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.sparse import identity
 
+from gradedesign.design.resolve.member_size import with_member_size
 from gradedesign.geometry.lattice.component import LATTICE, MEMBER
 from gradedesign.geometry.lattice.components.members import solid_members
 from gradedesign.geometry.lattice.density_grid import DensityGrid
 from gradedesign.geometry.lattice.domain import DesignDomain, phase_at
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.part.part_mesh import box_part_mesh
+from gradedesign.geometry.part.part_schema import PartSpec
 from gradedesign.geometry.tets.tet_mesh import boundary_facets, centroids
 from gradedesign.mechanics.fe.element_points import element_points
 from gradedesign.mechanics.fe.facets import facet_nodes
@@ -211,3 +214,18 @@ def test_mass_of_members_is_counted_once():
     assert whole - designed_mass(model, rho, share) == pytest.approx(
         MATERIAL.density * (model.volumes @ passive), rel=1e-9
     )
+
+
+def test_members_without_cells_are_rounded_where_they_meet_other_solids():
+    """By a quarter of their thickness, where the case says nothing else."""
+
+    def radius(**stated):
+        keys = {"phases": ["solid", "void"], "least_member": "4 mm", **stated}
+        part = PartSpec.model_validate({"box": ["9 mm"] * 3, "mesh_size": "2 mm"})
+        spec = LatticeSpec.model_validate(keys)
+        return with_member_size(spec, part, None, str).joint_radius
+
+    assert radius() == 1.0
+    assert radius(joint_radius="0.5 mm") == 0.5
+    cells = {"phases": ["lattice", "solid"], "cell": "bcc", "size": "8 mm"}
+    assert radius(**cells) == 0.0

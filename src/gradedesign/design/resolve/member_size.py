@@ -13,6 +13,10 @@ from gradedesign.geometry.part.part_schema import PartSpec
 #: Least thickness of solid members over the edge of a cell: thinner ones are struts. Chosen, not
 #: measured.
 _OF_CELL = 0.25
+#: Radius of the fillets between members and what is solid in any case over their least thickness,
+#: where no cells are joined to them: the level set of members alone meets a plane at flat angles,
+#: in teeth of its grid. Chosen, not measured.
+_FILLET = 0.25
 #: Edges of quadratic tetrahedra across a member, at least: with one of them the explicit
 #: displacement of `bracket` was 37 % above the first prediction, with 1.5 of them 8 %.
 ACROSS = 1.5
@@ -51,7 +55,9 @@ def with_member_size(
             f"{where('lattice.least_member')}: found {stated:g} mm, less than the {wall:g} mm of "
             f"[print] min_wall that the printer makes; expected {wall:g} mm at least"
         )
-    return lattice
+    if lattice.cells or "joint_radius" in lattice.model_fields_set:
+        return lattice
+    return lattice.model_copy(update={"joint_radius": _FILLET * stated})
 
 
 def edges_of_tets(lattice: LatticeSpec) -> tuple[float, float]:

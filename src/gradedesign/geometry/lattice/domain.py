@@ -132,8 +132,8 @@ class DesignDomain:
 
     def plain(self) -> DesignDomain:
         """The domain without what adds to the cells or rounds corners."""
-        rest = tuple(c for c in self.components if not isinstance(c, CellComponent | JoinComponent))
-        return replace(self, components=rest)
+        added = (*(c for c in self.on_cells if not c.replaces), *self.of(JoinComponent))
+        return replace(self, components=tuple(c for c in self.components if c not in added))
 
 
 def phase_at(

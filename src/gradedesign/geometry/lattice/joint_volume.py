@@ -75,7 +75,7 @@ def _added(design: LatticeDesign) -> Callable[[FloatArray], BoolArray]:
     """Whether points ``(3, ...)`` mm are solid through a join or a component on the cells alone."""
     domain = design.domain
     join = [] if domain.join is None else [domain.join.radius]
-    band = max(join + [c.least for c in domain.on_cells])
+    band = max(join + [c.least for c in domain.on_cells if not c.replaces])
     plain = replace(design, domain=domain.plain())
     with_joints, without = (lattice_field(d, band=band) for d in (design, plain))
 

@@ -95,7 +95,8 @@ class LatticeSpec(Table):
     drain: DrainSpec | None = None
     """Holes by which powder leaves voids that skins close."""
     joint_radius: Distance = Field(default=0.0, examples=["0.5 mm"])
-    """Radius of the fillets where lattice, skins and passive regions meet, mm."""
+    """Radius of the fillets where lattice, skins and passive regions meet, mm; without cells a
+    quarter of ``least_member`` by default."""
     filter_radius: Annotated[float, Number(at_least=0.0, at_most=100.0)] = 1.0
     """Radius of the density filter, in cells."""
     origin: Point = (0.0, 0.0, 0.0)
