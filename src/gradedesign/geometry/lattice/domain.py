@@ -132,7 +132,7 @@ class DesignDomain:
 
     def plain(self) -> DesignDomain:
         """The domain without what adds to the cells or rounds corners."""
-        added = (*(c for c in self.on_cells if not c.replaces), *self.of(JoinComponent))
+        added = (*(c for c in self.on_cells if not c.replaces), self.join)
         return replace(self, components=tuple(c for c in self.components if c not in added))
 
 
