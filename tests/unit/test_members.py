@@ -33,6 +33,7 @@ from gradedesign.mechanics.sizing.filter import DensityFilter, cone_filter, cone
 from gradedesign.mechanics.sizing.homogenised import total_mass
 from gradedesign.mechanics.sizing.homogenised_model import homogenised_model
 from gradedesign.mechanics.sizing.members import (
+    MemberField,
     Members,
     mean_share,
     member_filter,
@@ -45,6 +46,7 @@ from gradedesign.mechanics.sizing.members import (
 from gradedesign.mechanics.sizing.problem import SizingProblem, designed_mass
 from gradedesign.mechanics.sizing.size import size
 from gradedesign.mechanics.sizing.size_members import size_members
+from gradedesign.mechanics.sizing.tied_members import tied
 
 LAW = power_law(
     "test-law", ("test",), youngs=(1.0, 2.0), strength=(0.3, 1.5), window=(0.1, 0.6),
@@ -229,3 +231,22 @@ def test_members_without_cells_are_rounded_where_they_meet_other_solids():
     assert radius(joint_radius="0.5 mm") == 0.5
     cells = {"phases": ["lattice", "solid"], "cell": "bcc", "size": "8 mm"}
     assert radius(**cells) == 0.0
+
+
+def test_what_stands_alone_is_tied_in_by_the_shortest_way():
+    """Two ends of a bar that are solid in any case, and no member between them."""
+    whole = cantilever().model
+    x = centroids(whole.space.mesh)[0]
+    ends = np.where((x < 5.0) | (x > 35.0), 1.0, 0.0)
+    part = with_moments(replace(whole, solid_fraction=ends))
+    members = Members(filter=member_filter(part, 4.0), radius=4.0)
+    none = MemberField(variables=np.zeros(x.size), radius=4.0)
+    found = tied(part, members, none, 3.2)
+    share = mean_share((filtered(members.filter, found.variables) > 0.5).astype(float))
+    solid = np.maximum(share, ends) > 0.5
+    # Every slice across the bar has solid in it, and the tie is no thicker than it must be.
+    assert all(solid[np.abs(x - at) < 1.5].any() for at in np.arange(5.0, 35.0, 2.5))
+    assert part.volumes @ share < 0.5 * part.volumes @ (1.0 - ends)
+    # What is one piece stays as it is.
+    assert tied(part, members, found, 3.2) is found
+    assert tied(with_moments(whole), members, none, 3.2) is none

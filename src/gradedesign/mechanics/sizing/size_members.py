@@ -27,6 +27,7 @@ from gradedesign.mechanics.sizing.problem import (
     SizingResult,
     SizingStep,
 )
+from gradedesign.mechanics.sizing.tied_members import tied
 
 #: Prices and sharpnesses of shares in turn, and the iterations for each. From free shares on: local
 #: optima of designs that begin with a price weigh up to a fifth more. Up to 64, where shares are
@@ -88,11 +89,12 @@ def size_members(
     problem = replace(problem, model=with_moments(problem.model))
     part, radius = problem.model, _RADIUS * thickness
     members = Members(filter=member_filter(part, radius), radius=radius)
+    lo, hi = problem.bounds
+    held = float(effective_density(part, np.full(part.volumes.size, hi)).max())
+    with_cells = held > LEAST_MEMBER
     x, history = start, list[SizingStep]()
     if x is None:
-        lo, hi = problem.bounds
-        held = float(effective_density(part, np.full(part.volumes.size, hi)).max())
-        beginning = _BEGINNING if held > LEAST_MEMBER else _BEGINNING_ALONE
+        beginning = _BEGINNING if with_cells else _BEGINNING_ALONE
         x = np.concatenate(
             [
                 np.full(problem.filter.shape[1], np.sqrt(lo * hi)),
@@ -106,7 +108,8 @@ def size_members(
         history += result.history
     if result.members is None or bodied is None:
         return replace(result, history=tuple(history))
-    found, step = _moved(problem, bodied, result, result.members, thickness, len(history), on_step)
+    field = result.members if with_cells else tied(part, members, result.members, thickness)
+    found, step = _moved(problem, bodied, result, field, thickness, len(history), on_step)
     return replace(
         result,
         members=found,
