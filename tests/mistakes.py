@@ -45,6 +45,10 @@ density = 0.3
 formats = ["stl"]
 """
 
+#: Cells of the checked case, and solid and void in their place.
+_CELLS = 'cell = "gyroid-sheet"\nsize = "8 mm"\ndensity = [0.2, 0.5]\n'
+_MEMBERS = 'phases = ["solid", "void"]\n'
+
 OWN_MATERIAL = 'youngs_modulus = "2 GPa"\npoissons_ratio = 0.3\ndensity = "1 g/cm^3"'
 
 #: Files of boxes that rows name: edges and corner, mm.
@@ -138,6 +142,15 @@ OF_CHECK = (
     M("density = [0.2, 0.5]", 'density = [0.2, 0.5]\nphases = ["void", "solid"]',
       "lattice.cell", 'has no meaning with phases = ["solid", "void"]', "leave cells out",
       at="cell = "),
+    M(_CELLS, _MEMBERS, "lattice.least_member", "missing; solid members without cells",
+      'such as "5 mm"', at="[lattice]"),
+    M(_CELLS, _MEMBERS + 'least_member = "26 mm"\n', "lattice.least_member",
+      "found 26 mm in a part", "expected no more than its shortest edge, 20 mm", at="least_member"),
+    M(_CELLS, _MEMBERS + 'least_member = "8 mm"\n[[zone]]\nregion = "root"\nwithin = "6 mm"\n', "zone",
+      "zones tell cells apart", "leave the zones out too", at="[[zone]]"),
+    M(_CELLS, _MEMBERS + 'least_member = "8 mm"\n[print]\nmin_wall = "9 mm"\n',
+      "lattice.least_member", "found 8 mm, less than the 9 mm of [print] min_wall",
+      "expected 9 mm at least", at="least_member"),
     M("density = [0.2, 0.5]", 'density = [0.2, 0.5]\nphases = ["solid", "solid"]',
       "lattice.phases", 'found ["solid", "solid"]', "no word twice"),
     M("density = [0.2, 0.5]", 'density = [0.2, 0.5]\nphases = "lattice"', "lattice.phases",

@@ -57,7 +57,7 @@ def wall_problems(lattice: LatticeSpec, spec: PrintSpec | None) -> Iterator[Prob
     if least is None or least > _MOST_LEAST_WALL:
         return
     size, wall = lattice.cell_size, lattice.wall
-    if size < 2 * least:
+    if lattice.cells and size < 2 * least:
         yield Problem(
             key=("lattice", "size"),
             message=f"found {size:g} mm, less than twice the min_wall of {least:g} mm; "

@@ -75,6 +75,14 @@ def require_cells_fit(
     """
     edges = np.ptp(part.surface.vertices, axis=0)
     cell, longest = lattice.cell_size, float(edges.max())
+    if not lattice.cells:
+        if cell > edges.min() * (1 + _ROUNDING):
+            raise CaseError(
+                f"{where('lattice.least_member')}: found {cell:g} mm in a part of "
+                f"{' x '.join(f'{edge:.4g}' for edge in edges)} mm; expected no more than its "
+                f"shortest edge, {edges.min():.4g} mm: members as thick leave no choice"
+            )
+        return
     size, other = where("lattice.size"), _or_that_of_the_part(lattice, stated, longest)
     if max(lattice.size) > longest * (1 + _ROUNDING):
         raise CaseError(

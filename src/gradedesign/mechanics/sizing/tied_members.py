@@ -13,7 +13,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
-from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.geometry.tets.tet_mesh import TetMesh, centroids
 from gradedesign.mechanics.sizing.filter import filtered
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
@@ -75,7 +75,7 @@ def _neighbours(mesh: TetMesh) -> csr_matrix:
     return csr_matrix((np.ones(rows.size), (rows, columns)), shape=(count, count))
 
 
-def _lengths(beside: csr_matrix, points: FloatArray, solid: FloatArray) -> csr_matrix:
+def _lengths(beside: csr_matrix, points: FloatArray, solid: BoolArray) -> csr_matrix:
     """Distances of neighbours, mm; shorter in solid, which costs nothing."""
     pairs = beside.tocoo()
     length = np.linalg.norm(points[:, pairs.row] - points[:, pairs.col], axis=0)
