@@ -82,6 +82,7 @@ def undrawn(monkeypatch):
 def leave_out_pictures(patch):
     """Do so for a fixture that lives longer than a test."""
     patch.setattr("gradedesign.program.commands.check.picture_loads", lambda *_, **__: ())
+    patch.setattr("gradedesign.program.outputs.files.write_scene", lambda *_: ())
     for name in ("loads", "density", "lattice", "stress", "deformed"):
         patch.setattr(
             f"gradedesign.program.outputs.drawn_files.picture_{name}", lambda *_, **__: ()

@@ -63,3 +63,8 @@ def test_a_run_by_finite_cells_is_accepted_by_tetrahedra(tmp_path):
     assert rows == ["thickness", "islands"]
     assert result["measures"]["printability"]["overhang"]["angle_deg"] == 40
     assert {block.type for block in lattice.cells} == {"hexahedron27"}
+    scene = json.loads((tmp_path / "r" / "scene.json").read_text(encoding="utf-8"))
+    shown = [view["id"] for view in scene["views"]]
+    assert shown == ["printed", "stress", "moved", "density", "cells", "case"]
+    # The limit is judged on the printed surface, the scene shows the analysis of its field.
+    assert 0.9 < scene["analysed"]["cases"][0]["largest"] / tip["value"] < 1.1

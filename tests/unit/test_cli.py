@@ -89,7 +89,10 @@ def test_every_file_is_listed_and_in_the_manifest(infeasible):
     manifest = json.loads((run / "run.json").read_text(encoding="utf-8"))
     found = {p.name for p in run.iterdir()} - {"run.json"}
     assert found == set(result["files"].values()) == set(manifest["artefacts"])
-    assert found == {"iterations.csv", "loads.png", "report.html", "result.json", "solid.vtu"}
+    assert found == {
+        "case-as-run.toml", "iterations.csv", "loads.png", "report.html", "result.json",
+        "scene.json", "solid.vtu",
+    }  # fmt: skip
     assert all(name in ended.stdout for name in found)
     assert result["status"] == "infeasible"
     assert result["iterations"] == []
@@ -102,11 +105,41 @@ def test_the_report_of_a_run_needs_nothing_else_and_escapes(infeasible):
     _, folder = infeasible
     (run,) = (folder / "runs").iterdir()
     html = (run / "report.html").read_text(encoding="utf-8")
-    assert "http://" not in html
-    assert "https://" not in html
-    assert "<script" not in html
+    # Pictures and scripts stand in the page, which its own policy holds to these scripts.
+    assert not re.search(r'(?:src|href)="(?!data:)', html)
+    assert html.count("<script") == 3  # the scene's data, three.js and ours
+    assert html.count("'sha256-") == 2
+    assert "alert('x')</script>" not in html
     assert "&lt;script&gt;" in html
-    assert html.index("INFEASIBLE") < html.index("<h2>")
+    assert html.index("INFEASIBLE") < html.index('<section class="scene"') < html.index("<h2>")
+
+
+def test_a_report_is_written_again_from_its_folder(infeasible, cli):
+    """A report that is lost comes back as it was, and the folder is as sound as before."""
+    _, folder = infeasible
+    (run,) = (folder / "runs").iterdir()
+    before = {path.name: path.read_bytes() for path in run.iterdir()}
+    (run / "report.html").unlink()
+    ended = cli("report", run)
+    assert ended.code == 0, ended.err
+    assert "INFEASIBLE: " in ended.out
+    assert {path.name: path.read_bytes() for path in run.iterdir()} == before
+
+
+def test_a_finished_run_is_previewed(infeasible, cli, here):
+    _, folder = infeasible
+    (run,) = (folder / "runs").iterdir()
+    assert cli("preview", run, "-o", here / "page.html").code == 0
+    page = (here / "page.html").read_text(encoding="utf-8")
+    assert "<p>INFEASIBLE: the fully solid part already breaks a limit" in page
+    scene = json.loads((run / "scene.json").read_text(encoding="utf-8"))
+    assert [view["id"] for view in scene["views"]] == ["cells", "case"]
+    (run / "scene.json").rename(here / "scene.json")
+    ended = cli("preview", run, "-o", here / "page.html")
+    (here / "scene.json").rename(run / "scene.json")
+    assert ended.code == 2
+    assert "holds no scene.json" in ended.err
+    assert cli("report", here).code == 2
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -8,6 +8,16 @@ import pytest
 import trimesh
 from matplotlib.image import imread
 
+from gradedesign import load_case
+from gradedesign.design.resolve.shown_case import shown_case
+from gradedesign.design.verdict.result import RunResult
+from gradedesign.mechanics.explicit.analysis import SurfaceFields
+from gradedesign.program.commands.preview import case_preview
+from gradedesign.program.host.registry import build_registry
+from gradedesign.program.outputs.report import render_report
+from gradedesign.program.pictures.case_scene import case_still
+from gradedesign.program.pictures.run_scene import RunShown, run_scene
+
 CASES = Path(__file__).parents[2] / "cases"
 CHROMIUM = Path("/usr/bin/chromium")
 playwright = pytest.importorskip(
@@ -57,9 +67,6 @@ def browser():
 
 @pytest.fixture(scope="module")
 def bracket(tmp_path_factory):
-    from gradedesign.program.commands.preview import case_preview
-    from gradedesign.program.host.registry import build_registry
-
     path = tmp_path_factory.mktemp("page") / "bracket.html"
     shown = case_preview(CASES / "bracket", build_registry(), allow_outside=False)
     path.write_text(shown.page(), encoding="utf-8")
@@ -99,6 +106,35 @@ def drawn(page):
 def changed(first, second):
     """Share of pixels that differ visibly."""
     return float(np.mean(np.abs(first - second).max(axis=2) > 8))
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory):
+    """A report of the bracket with fields that are easy to tell: stress by height, bending."""
+    case = shown_case(load_case(CASES / "bracket"), build_registry())
+    surface = case.part.surface
+    x, _, z = surface.vertices.T
+    fields = {
+        name: SurfaceFields(
+            surface=surface,
+            von_mises=stress,
+            displacement=1e-4 * np.stack([z**2 / 92, 0 * x, -(x**2) / 112]),
+        )
+        for name, stress in (("pull", 6.0 * z), ("side", 2.0 * x))
+    }
+    scene = run_scene(RunShown(case=case, printed=surface, analysed=fields, limit=500.0), "bracket")
+    result = RunResult(
+        status="met",
+        lightest=True,
+        reason="every limit holds at the unfavourable end of its band",
+        case_name="bracket",
+        mass_g=318.4,
+        solid_mass_g=768.5,
+    )
+    path = tmp_path_factory.mktemp("page") / "report.html"
+    picture = case_still(case, "Loading")
+    path.write_text(render_report(result, {"loads": picture}, "[case]", scene), encoding="utf-8")
+    return path
 
 
 def section_across_y(y):
@@ -186,6 +222,54 @@ def test_the_scene_turns_slices_and_picks(opened, bracket):
     assert page.evaluate(NAMELESS) == []
     ratio, text = page.evaluate(CONTRASTS)[0]
     assert ratio >= 4.5, text
+
+
+@pytest.mark.parametrize(("width", "height"), [(1400, 900), (390, 844)])
+def test_verdict_and_scene_stand_on_the_first_screen_of_a_report(opened, report, width, height):
+    page = opened(report, width, height)
+    shown = drawn(page)
+    assert np.mean(np.abs(shown - shown[2, 2]).max(axis=2) > 8) > 0.08
+    verdict, canvas = (page.locator(each).bounding_box() for each in (".verdict", "canvas"))
+    assert 0 <= verdict["y"] < verdict["y"] + verdict["height"] <= canvas["y"]
+    assert canvas["y"] + canvas["height"] <= height
+    assert canvas["height"] > 250
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert page.get_by_text("318.4 g of 768.5 g solid").is_visible()
+    assert page.evaluate(NAMELESS) == []
+    ratio, text = page.evaluate(CONTRASTS)[0]
+    assert ratio >= 4.5, text
+
+
+def test_fields_of_a_run_are_asked_moved_and_printed(opened, report):
+    page = opened(report, 1400, 900)
+    first = drawn(page)
+    page.mouse.move(*place_of(page, [56.0, 0.0, 10.0]))
+    page.mouse.wheel(0, 300)  # scrolls the page: nobody has asked for the scene yet
+    page.wait_for_function("() => scrollY > 100")
+    page.evaluate("scrollTo(0, 0)")
+    assert changed(first, drawn(page)) < 0.002
+    page.get_by_role("button", name="Stress").click()
+    stress = drawn(page)
+    assert changed(first, stress) > 0.05
+    # Above the limit, from 83.3 mm on, in magenta.
+    magenta = (stress[..., 0] > 150) & (stress[..., 1] < 60) & (stress[..., 2] > 120)
+    assert 0.001 < magenta.mean() < 0.05
+    assert page.get_by_text("above the limit of 500 MPa").is_visible()
+    page.mouse.click(*place_of(page, [60.0, 0.0, 11.0]))
+    value = page.locator(".panel dd").nth(1).inner_text()
+    # The vertex of the triangle that was hit: all of this face lie within 0 to 92 mm.
+    assert 0 <= float(value.removesuffix(" MPa")) <= 6 * 92
+    page.get_by_label("Load case").select_option("side")
+    assert changed(stress, drawn(page)) > 0.03
+    page.get_by_role("button", name="Displacement").click()
+    still = drawn(page)
+    page.get_by_label("Deformation").fill("2")
+    assert changed(still, drawn(page)) > 0.03
+    # 1.12e-2 mm at the end; 8 % of the diagonal of 152 mm over that is 1087, so 1000, and twice it.
+    assert page.get_by_text("× 2000").is_visible()
+    page.emulate_media(media="print")
+    assert not page.locator("section.scene").is_visible()
+    assert page.get_by_role("img", name="loads").is_visible()
 
 
 @pytest.mark.parametrize(("width", "height"), [(1400, 900), (390, 844)])

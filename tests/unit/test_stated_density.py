@@ -47,7 +47,7 @@ def test_a_ramp_is_generated_with_picture_surface_and_slabs(tmp_path, cli):
     assert result["status"] == "partial"
     assert set(result["files"].values()) == {
                     "lattice.stl", "lattice.png", "slabs.csv", "report.html", "result.json",
-
+                    "scene.json", "case-as-run.toml",
     }  # fmt: skip
     slabs = result["measures"]["density"]["slabs"]["x"]
     np.testing.assert_allclose(slabs["target"], [0.25, 0.35, 0.45], atol=1e-3)
@@ -64,6 +64,9 @@ def test_a_ramp_is_generated_with_picture_surface_and_slabs(tmp_path, cli):
     assert result["mass_g"] == pytest.approx(
         result["relative_density"] * result["solid_mass_g"], rel=1e-9
     )
+    scene = json.loads((tmp_path / "out" / "scene.json").read_text())
+    assert [view["id"] for view in scene["views"]] == ["printed", "cells", "case"]
+    assert scene["printed"]["triangles"]["rows"] == len(corners)
     again = cli("run", case, "-o", tmp_path / "out")
     assert again.code == 2
     assert "overwrite" in again.err

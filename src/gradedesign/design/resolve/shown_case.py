@@ -20,7 +20,7 @@ from gradedesign.design.resolve.part_readers import part_readers
 from gradedesign.design.resolve.plan import Plan, resolve_case
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.resolve import case_material
-from gradedesign.design.resolve.stated_lattice import stated_lattice
+from gradedesign.design.resolve.stated_lattice import StatedLattice, stated_lattice
 from gradedesign.errors import GradeDesignError
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.part.part import Part, read_part
@@ -66,10 +66,11 @@ class CaseShown:
     mistake: GradeDesignError | None = None
 
 
-def shown_plan(plan: Plan) -> CaseShown:
-    """A resolved case as it is shown."""
+def shown_plan(plan: Plan, cell_map: Field | None = None) -> CaseShown:
+    """A resolved case as it is shown, with the map of its cells where a design has placed them."""
     case = plan.case
-    known = not case.lattice.graded_size and case.lattice.orientation is None
+    if cell_map is None and not case.lattice.graded_size and case.lattice.orientation is None:
+        cell_map = plan.layout.cell_map
     return CaseShown(
         part=plan.part,
         load_cases=case.load_case,
@@ -77,8 +78,21 @@ def shown_plan(plan: Plan) -> CaseShown:
         material=plan.material,
         domain=plan.domain,
         support_zones=plan.support_zones,
-        cell_map=plan.layout.cell_map if known else None,
+        cell_map=cell_map,
         cells=f"{case.lattice.cell}, {case.lattice.size_words}",
+    )
+
+
+def shown_stated(stated: StatedLattice) -> CaseShown:
+    """A case with a stated density as it is shown."""
+    case = stated.case
+    spec = case.lattice
+    return CaseShown(
+        part=stated.part,
+        material=stated.material,
+        domain=stated.design.domain,
+        cell_map=stated.design.cell_map,
+        cells=f"{spec.cell}, {spec.size_words}",
     )
 
 
@@ -96,14 +110,7 @@ def shown_case(case: Case, registry: Registry) -> CaseShown:
         registry = with_own_cell(case.lattice, registry, case.where)
         if not case.lattice.stated:
             return shown_plan(resolve_case(case, registry))
-        stated = stated_lattice(case, registry, fitting_part(case, registry)[1])
-        return CaseShown(
-            part=stated.part,
-            material=stated.material,
-            domain=stated.design.domain,
-            cell_map=stated.design.cell_map,
-            cells=f"{case.lattice.cell}, {case.lattice.size_words}",
-        )
+        return shown_stated(stated_lattice(case, registry, fitting_part(case, registry)[1]))
     except GradeDesignError as error:
         mistake = error
     try:

@@ -258,7 +258,7 @@ def check(
 
 @app.command()
 def preview(
-    case: _CasePath,
+    case: Annotated[Path, typer.Argument(help="The case file, its folder, or a run folder.")],
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Write the page instead of serving it.")
     ] = None,
@@ -271,7 +271,7 @@ def preview(
     allow_outside: Outside = False,
     strict_plugins: Strict = False,
 ) -> None:
-    """Show a case in the browser: part, regions, loads, cells, and what selects a face."""
+    """Show a case or a finished run in the browser, and what selects the face one clicks."""
     from gradedesign.program.commands.preview import preview as command
 
     command(
@@ -282,6 +282,16 @@ def preview(
         allow_outside=allow_outside,
         strict_plugins=strict_plugins,
     )
+
+
+@app.command()
+def report(
+    folder: Annotated[Path, typer.Argument(help="The folder of a finished run.")],
+) -> None:
+    """Write the report of a finished run again."""
+    from gradedesign.program.commands.report import report as command
+
+    command(folder)
 
 
 @app.command()

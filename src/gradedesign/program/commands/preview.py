@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,11 +18,15 @@ from gradedesign.errors import CaseError, GradeDesignError
 from gradedesign.program.commands.plugins import registry_for
 from gradedesign.program.commands.progress_lines import ProgressLines
 from gradedesign.program.commands.serve_page import serve_page
-from gradedesign.program.commands.show import print_text
+from gradedesign.program.commands.show import print_text, verdict_words
 from gradedesign.program.commands.show_part import part_words
 from gradedesign.program.host.read_case import load_case
+from gradedesign.program.outputs.files import RESULT_NAME
+from gradedesign.program.outputs.finished import stored_result
+from gradedesign.program.outputs.scene_file import stored_scene
 from gradedesign.program.pictures.case_scene import case_scene, case_still
 from gradedesign.program.pictures.page import Problem, scene_page
+from gradedesign.program.store.manifest import read_manifest
 
 #: Lines of the case that are shown before and after a mistake. Chosen, not measured.
 _AROUND = 2
@@ -75,6 +80,50 @@ class Preview:
         )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RunPreview:
+    """A finished run.
+
+    Attributes
+    ----------
+    scene : mapping
+    verdict : str
+    still : bytes or None
+        PNG of the printed body, or of what the run came to.
+    read : tuple of Path
+    """
+
+    scene: Mapping[str, Any]
+    verdict: str
+    still: bytes | None
+    read: tuple[Path, ...]
+
+    problem: Problem | None = None
+
+    def page(self, watch: str = "") -> str:
+        """The page, as of a case."""
+        return scene_page({**self.scene, "watch": watch}, self.still, words=[self.verdict])
+
+
+def run_preview(folder: Path) -> RunPreview:
+    """The scene that a run has left in its folder.
+
+    Raises
+    ------
+    CaseError
+        If it has left none.
+    """
+    result, scene = stored_result(folder), stored_scene(folder)
+    pictures = (result.files.get(name, "") for name in ("lattice", "density", "loads"))
+    still = next((folder / name for name in pictures if (folder / name).is_file()), None)
+    return RunPreview(
+        scene=scene,
+        verdict=verdict_words(result),
+        still=None if still is None else still.read_bytes(),
+        read=(folder / RESULT_NAME,),
+    )
+
+
 def case_preview(path: Path, registry: Registry, *, allow_outside: bool) -> Preview:
     """Read a case as far as it goes: its loads, else its regions, else its part alone.
 
@@ -124,7 +173,7 @@ def preview(
     allow_outside: bool,
     strict_plugins: bool,
 ) -> None:
-    """Write the page of a case, or serve it until the command is interrupted.
+    """Write the page of a case or of a run, or serve it until the command is interrupted.
 
     Raises
     ------
@@ -136,9 +185,12 @@ def preview(
             "--output writes the page once; leave it out to serve the page, or leave out --watch "
             "and --port"
         )
-    registry = registry_for(strict_plugins=strict_plugins)
+    of_run = path.is_dir() and read_manifest(path) is not None
+    registry = None if of_run else registry_for(strict_plugins=strict_plugins)
 
-    def make() -> Preview:
+    def make() -> Preview | RunPreview:
+        if registry is None:
+            return run_preview(path)
         with ProgressLines("preview", err=True):
             shown = case_preview(path, registry, allow_outside=allow_outside)
         if shown.problem is not None:

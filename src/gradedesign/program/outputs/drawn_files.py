@@ -8,6 +8,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.design.resolve.shown_case import CaseShown
 from gradedesign.design.verdict.shown import Shown
 from gradedesign.geometry.lattice.domain import DesignDomain
+from gradedesign.geometry.tets.tet_mesh import TetMesh
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.mechanics.explicit.explicit import governing_load_case
 from gradedesign.mechanics.explicit.support_zones import evaluated_at
@@ -39,15 +40,20 @@ def loads_picture(
     return warnings
 
 
-def density_picture(
-    out: RunFolder, part: HomogenisedModel, rho: FloatArray, files: dict[str, str]
-) -> tuple[str, ...]:
-    """Draw the densities of a design, 1 where the part is solid."""
+def shown_density(part: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Densities of a design as they are shown ``(M,)``: 1 where the part is solid."""
     shown = np.where(part.solid_fraction >= 1.0, 1.0, rho)
     if part.member_fraction is not None:
         shown += part.member_fraction * (1.0 - shown)
+    return np.asarray(shown)
+
+
+def density_picture(
+    out: RunFolder, mesh: TetMesh, shown: FloatArray, files: dict[str, str]
+) -> tuple[str, ...]:
+    """Draw the densities of a design, see `shown_density`."""
     files["density"] = "density.png"
-    warnings = picture_density(out.path_of("density.png"), part.space.mesh, shown)
+    warnings = picture_density(out.path_of("density.png"), mesh, shown)
     _adopt_drawn(out, files, "density")
     return warnings
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -29,7 +30,7 @@ from gradedesign.design.resolve.lattice_files import (
 from gradedesign.design.resolve.outer_triangles import outer_records
 from gradedesign.design.resolve.plan import Plan
 from gradedesign.design.resolve.registry import Registry
-from gradedesign.design.resolve.shown_case import shown_plan
+from gradedesign.design.resolve.shown_case import shown_plan, shown_stated
 from gradedesign.design.resolve.solid import unjudged_share
 from gradedesign.design.resolve.stated_lattice import StatedLattice
 from gradedesign.design.resolve.thinnest_wall import thinnest_wall
@@ -49,6 +50,7 @@ from gradedesign.program.outputs.drawn_files import (
     lattice_picture,
     lattice_pictures,
     loads_picture,
+    shown_density,
 )
 from gradedesign.program.outputs.iteration_log import iteration_log
 from gradedesign.program.outputs.output import FinishedRun, Output
@@ -58,10 +60,14 @@ from gradedesign.program.outputs.printed_files import (
     write_printed,
 )
 from gradedesign.program.outputs.provenance import stamped
+from gradedesign.program.outputs.scene_file import fields_by_case, stored_scene, write_scene
+from gradedesign.program.pictures.run_scene import RunShown
 from gradedesign.program.store.run_folder import RunFolder
 
 RESULT_NAME = "result.json"
 _SLABS_NAME = "slabs.csv"
+#: The case file as it was run: no ``case.toml``, since files that it names lie elsewhere.
+CASE_COPY = "case-as-run.toml"
 
 
 def write_result(out: RunFolder, result: RunResult) -> None:
@@ -87,18 +93,28 @@ def write_outputs(
     part = sized.homogenised
 
     def drawn(files: dict[str, str]) -> Iterator[str]:
-        yield from loads_picture(
-            out, shown_plan(plan), unjudged_share(model.homogenised, plan.support_zones), files
-        )
+        density, printed, limit = None, None, allowed_stress(case.limits, plan.material)
+        unjudged = unjudged_share(model.homogenised, plan.support_zones)
+        yield from loads_picture(out, shown_plan(plan), unjudged, files)
         if computed.density is not None:
-            yield from density_picture(out, part, computed.density, files)
+            density = part.space.mesh, shown_density(part, computed.density)
+            yield from density_picture(out, *density, files)
         if shown is not None:
-            yield from _exported_files(out, plan, shown.surface, shown.analysed.design, files)
+            printed = shown.surface
+            yield from _exported_files(out, plan, printed, shown.analysed.design, files)
             yield from compensated_file(out, shown.built, files)
-            limit = allowed_stress(case.limits, plan.material)
             yield from lattice_pictures(out, plan.domain, limit, shown, files)
         elif rho is not None and case.run.stop_after == "lattice":
-            yield from _unjudged_lattice(out, sized, rho, files)
+            printed, told = _unjudged_lattice(out, sized, rho, files)
+            yield from told
+        run = RunShown(
+            case=shown_plan(sized.plan, sized.cells.layout.cell_map),
+            density=density,
+            printed=printed,
+            analysed={} if shown is None else fields_by_case(shown),
+            limit=limit,
+        )
+        yield from write_scene(out, run, case.name, files)
         out.write_text("iterations.csv", iteration_log(result.iterations))
         files["log"] = "iterations.csv"
 
@@ -139,6 +155,9 @@ def write_stated(
             yield from lattice_picture(
                 out, made.lattice.surface, stated.design.domain, files, title=title
             )
+        printed = None if made.surface is None else made.lattice.surface
+        run = RunShown(case=shown_stated(stated), printed=printed, analysed={})
+        yield from write_scene(out, run, case.name, files)
         out.write_text(_SLABS_NAME, slab_table(made.slabs))
         files["slabs"] = _SLABS_NAME
 
@@ -242,7 +261,15 @@ def finished_run(
         }
 
     case_text = case_file.read_text(encoding="utf-8")
-    return FinishedRun(case_text=case_text, result=result, write=write, pictures=pictures)
+    out.write_text(CASE_COPY, case_text)
+    files["case"] = CASE_COPY
+
+    def scene() -> Mapping[str, Any] | None:
+        return stored_scene(out.path) if "scene" in files else None
+
+    return FinishedRun(
+        case_text=case_text, result=result, write=write, pictures=pictures, scene=scene
+    )
 
 
 def _learned(iterations: Sequence[DesignIteration], rho: FloatArray | None) -> Correction:
@@ -257,8 +284,8 @@ def _learned(iterations: Sequence[DesignIteration], rho: FloatArray | None) -> C
 
 def _unjudged_lattice(
     out: RunFolder, model: DesignModel, rho: FloatArray, files: dict[str, str]
-) -> Iterator[str]:
-    """Surface of a design that no analysis has judged."""
+) -> tuple[SurfaceMesh, tuple[str, ...]]:
+    """Surface of a design that no analysis has judged, and warnings."""
     plan, cells = model.plan, model.cells
     density = density_grid(model, rho)
     design = build_design(plan.domain, cells, density)
@@ -268,9 +295,11 @@ def _unjudged_lattice(
         case.print, case.run.memory, part, design, first_step(cells.layout.least, thinnest)
     )
     write_printed(out, surface, outer_records(case.print, case.part.file, part))
-    yield from _exported_files(out, plan, surface, design, files)
-    yield from lattice_picture(out, surface, plan.domain, files)
-    yield from islands_words(islands.dropped, islands.dropped_share)
+    return surface, (
+        *_exported_files(out, plan, surface, design, files),
+        *lattice_picture(out, surface, plan.domain, files),
+        *islands_words(islands.dropped, islands.dropped_share),
+    )
 
 
 def _exported_files(

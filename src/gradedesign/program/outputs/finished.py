@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 import logging
 from dataclasses import replace
+from pathlib import Path
 
 from gradedesign.design.case.run_schema import RunSpec
 from gradedesign.design.verdict.result import RunResult, from_json
+from gradedesign.errors import CaseError
 from gradedesign.program.outputs.files import RESULT_NAME
 from gradedesign.program.store.run_folder import RunFolder
 
@@ -33,6 +35,29 @@ def finished_result(out: RunFolder, budget: RunSpec) -> RunResult | None:
     if stored.case_hash != out.case_hash or not _is_final(stored, budget):
         return None
     return replace(stored, folder=out.path)
+
+
+def stored_result(folder: Path) -> RunResult:
+    """The result that the run of a folder has written.
+
+    Raises
+    ------
+    CaseError
+        If the folder holds none, or one of another version.
+    """
+    path = folder / RESULT_NAME
+    try:
+        stored = from_json(json.loads(path.read_text(encoding="utf-8")))
+    except FileNotFoundError:
+        raise CaseError(
+            f"{folder} holds no {RESULT_NAME}: its run has not ended; go on with it by "
+            f"`gradedesign run CASE --resume`"
+        ) from None
+    except (OSError, KeyError, TypeError, ValueError) as cause:
+        raise CaseError(
+            f"{path} cannot be read ({cause!r}): damaged, or of another version; run the case again"
+        ) from None
+    return replace(stored, folder=folder)
 
 
 def _is_final(stored: RunResult, budget: RunSpec) -> bool:

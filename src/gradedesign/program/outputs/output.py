@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from gradedesign.design.verdict.result import RunResult
 from gradedesign.geometry.formats.field_set import FieldSet
@@ -39,6 +39,8 @@ class FinishedRun:
         Without arguments: an `AnalysedModel` at a time, computed when it is taken.
     no_model : mapping of str to str
         Analyses that no `AnalysedModel` can hold, by name, and why.
+    scene : callable
+        Without arguments: data of the scene, see `program/pictures/page.py`; None without one.
     write : callable
         ``write(name, writer, key=None)`` lets ``writer(path)`` make a new file, which then takes
         its place as ``name`` in the run folder; with a ``key`` the result's ``files`` list it.
@@ -51,6 +53,7 @@ class FinishedRun:
     fields: Callable[[], Iterator[FieldSet]] = lambda: iter(())
     models: Callable[[], Iterator[AnalysedModel]] = lambda: iter(())
     no_model: Mapping[str, str] = field(default_factory=dict)
+    scene: Callable[[], Mapping[str, Any] | None] = lambda: None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,6 +12,7 @@ from gradedesign.common.system.atomic import write_text
 from gradedesign.design.verdict.scope_words import scope_words, symmetry_words
 from gradedesign.design.verdict.stress_numbers import stress_numbers
 from gradedesign.program.outputs.output import FinishedRun, Output
+from gradedesign.program.pictures.page import content_policy, scene_html
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -67,6 +68,8 @@ _QUANTITIES = {
     "thermal_expansion_per_K": "thermal expansion, 1/K",
 }
 
+#: Limits that the first screen names. Chosen, not measured.
+_TIGHTEST = 3
 #: Attributes of a result that its section on mass shows, with their form.
 _MASSES = (
     ("mass, g", "mass_g", ".5g"),
@@ -81,13 +84,19 @@ def _write_report(run: FinishedRun) -> tuple[str, ...]:
     """Write ``report.html``, of the finished result and its pictures."""
 
     def render(path: Path) -> None:
-        write_text(path, render_report(run.result(), run.pictures(), run.case_text))
+        text = render_report(run.result(), run.pictures(), run.case_text, run.scene())
+        write_text(path, text)
 
     run.write("report.html", render, key="report")
     return ()
 
 
-def render_report(result: RunResult, pictures: Mapping[str, bytes], case_text: str) -> str:
+def render_report(
+    result: RunResult,
+    pictures: Mapping[str, bytes],
+    case_text: str,
+    scene: Mapping[str, Any] | None = None,
+) -> str:
     """Render the report.
 
     Parameters
@@ -96,6 +105,8 @@ def render_report(result: RunResult, pictures: Mapping[str, bytes], case_text: s
         Names as in the result's ``files``.
     case_text : str
         The case file, printed as it was.
+    scene : mapping, optional
+        Data of the scene of the first screen, see `scene_html`.
 
     Returns
     -------
@@ -106,8 +117,15 @@ def render_report(result: RunResult, pictures: Mapping[str, bytes], case_text: s
     for row in result.limits:
         if row.measure:
             names.setdefault(row.measure, []).append(row.name)
+    shown = None
+    if scene is not None:
+        data = {**scene, "embedded": True}
+        shown = scene_html(data, None, instead="the pictures below stand for the scene")
     return _environment().get_template("report.html").render(
         result=result,
+        scene=shown,
+        policy=content_policy(() if shown is None else shown.script_hashes),
+        tightest=_tightest(result),
         stated_density=result.measures.get("density"),
         statuses=_STATUS,
         run_words=_run_words(result),
@@ -135,6 +153,12 @@ def render_report(result: RunResult, pictures: Mapping[str, bytes], case_text: s
         ],
         case_text=case_text,
     )  # fmt: skip
+
+
+def _tightest(result: RunResult) -> list[str]:
+    """The limits that are used most, in words, the tightest first."""
+    rows = sorted(result.limits, key=lambda row: -row.utilisation)[:_TIGHTEST]
+    return [f"{row.name} {row.utilisation:.1%}" for row in rows]
 
 
 @cache

@@ -27,7 +27,7 @@ from gradedesign.program.pictures.region_mark import (
     lifted,
 )
 from gradedesign.program.pictures.scene import Layer, hatch, sharp_edges
-from gradedesign.program.pictures.volume import cells_data, volume_of
+from gradedesign.program.pictures.volume import Volume, cells_data, volume_of
 
 #: Strokes shorter than this share of the part's diagonal are drawn as stray points. Chosen, not
 #: measured.
@@ -38,8 +38,11 @@ _BEYOND = 0.12
 _NO_FORCE = 1e-6
 
 
-def case_scene(shown: CaseShown, title: str) -> dict[str, Any]:
-    """Data of the scene of a case, as ``page/scene.js`` reads them."""
+def case_scene(shown: CaseShown, title: str, volume: Volume | None = None) -> dict[str, Any]:
+    """Data of the scene of a case, as ``page/scene.js`` reads them.
+
+    ``volume`` is that of its domain, where it was made already.
+    """
     part = shown.part
     loads = load_case_data(shown.load_cases[: len(shown.balances)], shown.balances)
     data = {"title": title, **_part_scene(part)}
@@ -49,7 +52,8 @@ def case_scene(shown: CaseShown, title: str) -> dict[str, Any]:
     views = [{"id": "case", "title": "Part and loads", "body": "part"}]
     volumes: dict[str, Any] = {}
     if shown.domain is not None:
-        volumes["cells"] = cells_data(volume_of(shown.domain), shown.domain, shown.cell_map)
+        volume = volume_of(shown.domain) if volume is None else volume
+        volumes["cells"] = cells_data(volume, shown.domain, shown.cell_map)
         tones = "neighbouring cells in two tones"
         unknown = "their sizes follow the design, which a run finds"
         note = f"{shown.cells}; {tones if shown.cell_map else unknown}"

@@ -50,22 +50,28 @@ class SceneHtml:
     script_hashes: tuple[str, ...]
 
 
-def scene_html(data: Mapping[str, Any], still: bytes | None, *, name: str = "scene") -> SceneHtml:
-    """A scene with its data, its still picture (PNG) and the scripts that draw it."""
+def scene_html(
+    data: Mapping[str, Any], still: bytes | None, *, instead: str = "no picture was made"
+) -> SceneHtml:
+    """A scene with its data, its still picture (PNG) and the scripts that draw it.
+
+    ``instead`` says what there is without a still picture.
+    """
     title = escape(str(data["title"]))
     # No character that could end the element: a name in a case may hold anything.
     text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-    picture, without = "", "This browser draws no WebGL, and no picture was made."
+    picture = ""
     if still is not None:
         encoded = base64.b64encode(still).decode("ascii")
         picture = (
             f'<img class="still" alt="{title}, picture" src="data:image/png;base64,{encoded}">'
         )
-        without = "This browser draws no WebGL: a still picture stands for the scene."
+        instead = "a still picture stands for the scene"
     body = (
-        f'<section class="scene" id="{name}" aria-label="Scene of {title}">'
+        f'<section class="scene" id="scene" aria-label="Scene of {title}">'
         f'<div class="stage">{picture}<p class="waiting">Preparing the scene…</p>'
-        f'<p class="nowebgl">{without}</p></div><div class="panel"></div>'
+        f'<p class="nowebgl">This browser draws no WebGL 2: {instead}.</p></div>'
+        f'<div class="panel"></div>'
         f'<script type="application/json">{text}</script></section>'
     )
     library, own = _asset("three.min.js"), _asset("scene.js")
@@ -107,7 +113,7 @@ def scene_page(
     body = f"<main>{scene.body}</main>"
     if "part" not in data:  # nothing can be drawn yet, but the page waits for the case to be mended
         body = body.replace('class="scene"', 'class="scene" hidden')
-    policy = content_policy(scene, served=bool(data.get("watch")))
+    policy = content_policy(scene.script_hashes, served=bool(data.get("watch")))
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width,initial-scale=1">'
@@ -118,9 +124,9 @@ def scene_page(
     )
 
 
-def content_policy(scene: SceneHtml, *, served: bool = False) -> str:
+def content_policy(script_hashes: Sequence[str], *, served: bool = False) -> str:
     """Nothing from elsewhere, no script but these; a served page may ask its own server."""
-    sources = " ".join(scene.script_hashes)
+    sources = " ".join(script_hashes) or "'none'"
     asks = "; connect-src 'self'" if served else ""
     return (
         f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src {sources}{asks}"

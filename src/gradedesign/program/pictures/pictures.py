@@ -58,7 +58,7 @@ log = logging.getLogger(__name__)
 
 _ABOVE, _SHADE = "#ff00c8", "#5b6470"
 #: Displacement as drawn, in diagonals of the part. Chosen, not measured.
-_SHOWN_SHIFT = 0.08
+SHOWN_SHIFT = 0.08
 #: Octant of the part that is cut away to look into it.
 _TOWARDS_VIEWER = np.array([1.0, -1.0, 1.0])
 #: Surfaces of more triangles are lattices: their edges at rest would cover everything.
@@ -281,7 +281,7 @@ def picture_deformed(
     """
     displacement = np.asarray(displacement, dtype=np.float64)
     size = np.linalg.norm(displacement, axis=0)
-    factor = round_factor(_SHOWN_SHIFT * _diagonal(surface.vertices), float(size.max()))
+    factor = round_factor(SHOWN_SHIFT * _diagonal(surface.vertices), float(size.max()))
     moved = Layer(
         vertices=surface.vertices + factor * displacement.T, faces=surface.faces, values=size
     )

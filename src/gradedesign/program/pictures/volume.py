@@ -18,6 +18,8 @@ from gradedesign.program.pictures.region_mark import COLOURS
 
 #: Points of a grid: 70 along the edge of a cube. Chosen, not measured.
 _POINTS = 350_000
+#: Levels of a scalar: what eight bits hold.
+_LEVELS = 255
 #: Colours of the cells of zones, a lighter and a darker one for neighbours.
 _CELLS = (
     ("#cfd8e3", "#a9b8c9"), ("#e6d3b8", "#cdb088"), ("#c9e2d0", "#97c0a4"),
@@ -84,6 +86,13 @@ def cells_data(volume: Volume, domain: DesignDomain, cell_map: Field | None) -> 
     for k, (light, dark) in enumerate(_CELLS):
         palette |= {4 + 2 * k: light, 5 + 2 * k: dark}
     return {**_grid_data(volume, label), "palette": palette, "legend": legend}
+
+
+def scalar_data(volume: Volume, values: FloatArray, low: float, high: float) -> dict[str, Any]:
+    """Values ``(n,)`` at the points of a grid, in 256 levels from ``low`` to ``high``."""
+    reach = high - low if high > low else 1.0
+    levels = np.rint(_LEVELS * np.clip((values - low) / reach, 0.0, 1.0)).astype(np.int64)
+    return {**_grid_data(volume, levels), "low": low, "high": high}
 
 
 def _grid_data(volume: Volume, values: IntArray) -> dict[str, Any]:

@@ -56,38 +56,41 @@ async function values(packed) {
 
 /** Corners of triangles with normals that are smooth within a crease angle. */
 function creased(vertices, triangles) {
-  const count = triangles.length / 3, total = vertices.length / 3;
-  const face = new Float32Array(triangles.length); // area vectors
-  const unit = new Float32Array(triangles.length);
-  for (let t = 0; t < count; t++) {
-    const [a, b, c] = [0, 1, 2].map((k) => 3 * triangles[3 * t + k]);
-    const [ux, uy, uz] = [0, 1, 2].map((k) => vertices[b + k] - vertices[a + k]);
-    const [vx, vy, vz] = [0, 1, 2].map((k) => vertices[c + k] - vertices[a + k]);
-    const n = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
-    const length = Math.hypot(...n) || 1;
-    for (let k = 0; k < 3; k++) {
-      face[3 * t + k] = n[k];
-      unit[3 * t + k] = n[k] / length;
-    }
+  const corners = triangles.length, total = vertices.length / 3;
+  const positions = new Float32Array(3 * corners), normals = new Float32Array(3 * corners);
+  for (let k = 0; k < corners; k++) {
+    const v = 3 * triangles[k];
+    positions[3 * k] = vertices[v];
+    positions[3 * k + 1] = vertices[v + 1];
+    positions[3 * k + 2] = vertices[v + 2];
   }
-  const first = new Uint32Array(total + 1);
-  for (const v of triangles) first[v + 1]++;
+  const face = new Float32Array(corners), length = new Float32Array(corners / 3); // area vectors
+  for (let t = 0; t < corners; t += 3) {
+    const a = 3 * t, p = positions;
+    const ux = p[a + 3] - p[a], uy = p[a + 4] - p[a + 1], uz = p[a + 5] - p[a + 2];
+    const vx = p[a + 6] - p[a], vy = p[a + 7] - p[a + 1], vz = p[a + 8] - p[a + 2];
+    const x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
+    face[t] = x; face[t + 1] = y; face[t + 2] = z;
+    length[t / 3] = Math.sqrt(x * x + y * y + z * z);
+  }
+  const first = new Uint32Array(total + 1); // triangles of each vertex
+  for (let k = 0; k < corners; k++) first[triangles[k] + 1]++;
   for (let v = 0; v < total; v++) first[v + 1] += first[v];
-  const users = new Uint32Array(triangles.length), next = first.slice(0, total);
-  for (let k = 0; k < triangles.length; k++) users[next[triangles[k]]++] = Math.floor(k / 3);
-  const positions = new Float32Array(3 * triangles.length);
-  const normals = new Float32Array(3 * triangles.length);
-  for (let k = 0; k < triangles.length; k++) {
-    const v = triangles[k], t = 3 * Math.floor(k / 3);
+  const users = new Uint32Array(corners), next = first.slice(0, total);
+  for (let k = 0; k < corners; k++) users[next[triangles[k]]++] = k - (k % 3);
+  for (let k = 0; k < corners; k++) {
+    const v = triangles[k], t = k - (k % 3), fx = face[t], fy = face[t + 1], fz = face[t + 2];
+    const least = CREASE * length[t / 3];
     let x = 0, y = 0, z = 0;
     for (let j = first[v]; j < first[v + 1]; j++) {
-      const o = 3 * users[j];
-      if (unit[t] * unit[o] + unit[t + 1] * unit[o + 1] + unit[t + 2] * unit[o + 2] < CREASE) continue;
-      x += face[o]; y += face[o + 1]; z += face[o + 2];
+      const o = users[j], ox = face[o], oy = face[o + 1], oz = face[o + 2];
+      if (fx * ox + fy * oy + fz * oz < least * length[o / 3]) continue;
+      x += ox; y += oy; z += oz;
     }
-    const length = Math.hypot(x, y, z) || 1;
-    positions.set([vertices[3 * v], vertices[3 * v + 1], vertices[3 * v + 2]], 3 * k);
-    normals.set([x / length, y / length, z / length], 3 * k);
+    const size = Math.sqrt(x * x + y * y + z * z) || 1;
+    normals[3 * k] = x / size;
+    normals[3 * k + 1] = y / size;
+    normals[3 * k + 2] = z / size;
   }
   return { positions, normals };
 }
@@ -134,7 +137,8 @@ async function volumeTexture(volume, colourOf, smooth) {
   for (let k = 0; k < levels.length; k++) {
     let colour = known.get(levels[k]);
     if (!colour) known.set(levels[k], (colour = colourOf(levels[k])));
-    data.set([...colour, 255], 4 * k);
+    for (let j = 0; j < 3; j++) data[4 * k + j] = colour[j];
+    data[4 * k + 3] = 255;
   }
   const [nx, ny, nz] = volume.shape;
   const texture = new T.Data3DTexture(data, nx, ny, nz);
@@ -232,10 +236,12 @@ class View {
     this.scene = new T.Scene();
     this.camera = new T.OrthographicCamera();
     this.camera.up.set(0, 0, 1);
-    this.scene.add(new T.HemisphereLight("#ffffff", "#8a919b", 1.9));
-    const sun = new T.DirectionalLight("#ffffff", 1.7);
-    sun.position.set(0.4, 0.7, 1);
-    this.camera.add(sun);
+    const sky = new T.HemisphereLight("#ffffff", "#98a1ac", 2.2);
+    sky.position.set(0, 0, 1);
+    const sun = new T.DirectionalLight("#ffffff", 1.2);
+    sun.position.set(0.9, 1, 0.5);
+    this.scene.add(sky);
+    this.camera.add(sun, sun.target); // it turns with the eye
     this.scene.add(this.camera);
     this.controls = new T.OrbitControls(this.camera, this.canvas);
     this.controls.addEventListener("change", () => this.draw());
@@ -427,8 +433,12 @@ class View {
   /** Colours of a field of the load case that is shown. */
   async #paint(body, view) {
     const solved = this.#solved();
-    const field = view.field === "stress" ? solved.von_mises : solved.size;
-    const levels = await values(field);
+    let levels = await values(view.field === "stress" ? solved.von_mises : solved.displacement);
+    if (view.field !== "stress") {
+      const shift = levels;
+      levels = new Float32Array(shift.length / 3).map((_, v) =>
+        Math.hypot(shift[3 * v], shift[3 * v + 1], shift[3 * v + 2]));
+    }
     const high = view.field === "stress" ? this.#highest(solved) : solved.largest;
     const limit = view.field === "stress" ? this.data.limit : null;
     const colours = new Float32Array(3 * body.triangles.length);
@@ -437,7 +447,8 @@ class View {
     body.triangles.forEach((v, k) => {
       const beyond = limit != null && levels[v] > limit && high >= limit;
       const index = Math.min(Math.max(Math.round((255 * levels[v]) / (high || 1)), 0), 255);
-      colours.set(beyond ? over : table[index], 3 * k);
+      const colour = beyond ? over : table[index];
+      for (let j = 0; j < 3; j++) colours[3 * k + j] = colour[j];
     });
     body.geometry.setAttribute("color", new T.BufferAttribute(colours, 3));
     body.levels = levels;
@@ -623,8 +634,8 @@ class View {
   #highlight(mesh, number) {
     mesh.geometry.dispose();
     mesh.geometry = new T.BufferGeometry();
-    const { labels, geometry } = this.bodies.part;
     if (number === null) return;
+    const { labels, geometry } = this.bodies.part;
     const picked = [];
     labels.forEach((label, t) => { if (label === number) picked.push(t); });
     for (const name of ["position", "normal"]) {
@@ -741,6 +752,8 @@ class View {
     this.loadRow.hidden = options.length < 2;
     this.loadList.replaceChildren(...options.map((name) => element("option", { value: name }, name === "all" ? "all together" : name)));
     this.loadList.value = options.includes(state.load) ? state.load : options[0] ?? "";
+    this.factorList.value = String(state.factor);
+    this.cutSlider.value = String(state.cut);
     this.factorRow.hidden = view.body !== "analysed";
     if (view.body === "analysed") {
       const factor = state.factor * this.#solved().factor;
@@ -834,7 +847,7 @@ class View {
         ArrowLeft: () => this.orbit(-10, 0), ArrowRight: () => this.orbit(10, 0),
         ArrowUp: () => this.orbit(0, 10), ArrowDown: () => this.orbit(0, -10),
         "+": () => this.zoom(1.15), "=": () => this.zoom(1.15), "-": () => this.zoom(1 / 1.15),
-        Home: () => this.turn(1, -1.35, 0.85), Escape: () => this.choose(null),
+        Home: () => this.turn(1, -1.35, 0.85), Escape: () => this.state.view === "case" && this.choose(null),
       }[event.key];
       if (!does || event.ctrlKey || event.altKey || event.metaKey) return;
       event.preventDefault();
