@@ -45,10 +45,10 @@ def test_modes_are_those_of_lapack_where_a_mass_nearly_vanishes():
     masses[[5, 60]] = 1e-13
     stiffness, mass = chain(120, masses)
     found = modes_of(stiffness, mass, roughly_inverse(stiffness, 0.4, 6011), 4)
-    assert found.squares == pytest.approx(squares(stiffness, mass)[:4], rel=1e-10)
+    assert found.values == pytest.approx(squares(stiffness, mass)[:4], rel=1e-10)
     work = found.shapes @ stiffness @ found.shapes.T
     assert work == pytest.approx(np.eye(4), abs=1e-6)
-    assert found.frequencies == pytest.approx(np.sqrt(found.squares) / (2 * np.pi), rel=1e-12)
+    assert found.frequencies == pytest.approx(np.sqrt(found.values) / (2 * np.pi), rel=1e-12)
     assert found.residuals.max() <= 1e-8
 
 
@@ -59,7 +59,7 @@ def test_equal_frequencies_are_found_as_often_as_they_are():
     start = [np.concatenate([np.ones(40), np.zeros(40)])]
     found = modes_of(*twice, roughly_inverse(twice[0], 0.3, 6029), 4, start=start)
     single = squares(stiffness, mass)[:2]
-    assert found.squares == pytest.approx(np.repeat(single, 2), rel=1e-10)
+    assert found.values == pytest.approx(np.repeat(single, 2), rel=1e-10)
 
 
 def test_modes_of_a_similar_problem_shorten_the_iteration():
@@ -68,13 +68,13 @@ def test_modes_of_a_similar_problem_shorten_the_iteration():
     first = modes_of(stiffness, mass, inverse, 3)
     again = modes_of(stiffness, mass * 1.02, inverse, 3, start=[*first.shapes])
     assert again.iterations < first.iterations
-    assert again.squares == pytest.approx(first.squares / 1.02, rel=1e-9)
+    assert again.values == pytest.approx(first.values / 1.02, rel=1e-9)
 
 
 def test_fewer_unknowns_than_modes_give_all_of_them():
     stiffness, mass = chain(2, [1.0, 3.0])
     found = modes_of(stiffness, mass, np.linalg.inv(stiffness), 3)
-    assert found.squares == pytest.approx(squares(stiffness, mass), rel=1e-10)
+    assert found.values == pytest.approx(squares(stiffness, mass), rel=1e-10)
 
 
 def test_an_iteration_that_does_not_converge_is_refused(monkeypatch):

@@ -10,7 +10,7 @@ from oracles.calculix import needs_ccx
 from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
 from gradedesign.mechanics.fe.elastic_system import prepare_elastic
 from gradedesign.mechanics.fe.loads import pressure_force, resultant_load
-from gradedesign.mechanics.fe.natural_modes import natural_modes
+from gradedesign.mechanics.fe.modes import natural_modes
 from gradedesign.mechanics.fe.space import tet_space
 from gradedesign.mechanics.fe.supports import supports_on
 

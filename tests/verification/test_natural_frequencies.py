@@ -28,8 +28,8 @@ from gradedesign.geometry.tets.tet_mesh import signed_volumes
 from gradedesign.mechanics.explicit.analysis import Discretisation
 from gradedesign.mechanics.explicit.tets import solve_tets
 from gradedesign.mechanics.fe.elastic_system import prepare_elastic
+from gradedesign.mechanics.fe.modes import ModeGoal, natural_modes
 from gradedesign.mechanics.fe.multigrid_solver import MULTIGRID
-from gradedesign.mechanics.fe.natural_modes import ModeGoal, natural_modes
 from gradedesign.mechanics.fe.space import tet_space
 from gradedesign.mechanics.fe.supports import supports_on
 from gradedesign.mechanics.limits.banded import Residual, banded
@@ -90,7 +90,7 @@ def tet_frequencies(size, cells, held, count, material):
 def cell_frequencies(solid, spacing):
     """Frequencies of a problem on finite cells, and the residual of each over it."""
     (solution,) = analyse(solid, spacing).solutions
-    found = {k: f.value for k, f in solution.frequencies.items()}
+    found = {k: f.value for k, f in solution.modes.items()}
     return found, {k: solution.goals[k].fall / f for k, f in found.items()}
 
 
@@ -157,10 +157,10 @@ def test_tetrahedra_and_finite_cells_of_a_printed_solid_find_the_same_by_their_k
         material=STEEL, regions=regions, load_cases=cases, solver=MULTIGRID, modes=wanted
     )
     division = Discretisation(made_by="test", mesh_size=2.0, unknowns=0, requested=2.0)
-    tets = solve_tets(box_mesh(upper, (24, 4, 3)), solid, division, 1e-6).frequencies
+    tets = solve_tets(box_mesh(upper, (24, 4, 3)), solid, division, 1e-6).mode_values
     bricks = analyse(
         problem(box_field((0, 0, 0), upper), (0, 0, 0), upper, cases, regions, modes=wanted), 1.4
-    ).frequencies
+    ).mode_values
     assert bricks == pytest.approx(dict(tets), rel=3e-3)
     assert bricks["lowest"] < bricks["second"] < bricks["propped"]
 

@@ -21,6 +21,7 @@ from gradedesign.mechanics.limits.frequency import FrequencyLimit
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.local_stress import StressLimit
 from gradedesign.mechanics.limits.member_stress import MemberStressLimit
+from gradedesign.mechanics.limits.part_buckling import PartBucklingLimit
 from gradedesign.mechanics.limits.volume_percentile import volume_percentile
 from gradedesign.mechanics.material.law_field import SPREAD, LawField
 from gradedesign.mechanics.material.local_stress_law import LocalStressLaw
@@ -54,8 +55,8 @@ MATERIAL = Material(
 )  # fmt: skip
 
 
-def _problem(acceleration, temperature, component, exponent=0.0):
-    mesh = box_part_mesh((20.0, 6.0, 5.0), 3.0)
+def _problem(acceleration, temperature, component, exponent=0.0, size=(20.0, 6.0, 5.0)):
+    mesh = box_part_mesh(size, 3.0)
     space = tet_space(mesh, 2)
     facets, _ = boundary_facets(mesh)
     x = mesh.points[0][facets]
@@ -94,23 +95,23 @@ def gradient_of(model, limit, rho, share=None):
     return response_gradients(state, responses, adjoints)[0]
 
 
-def assert_slope(model, limit, rho, rng, step=1e-5, rel=1e-5):
+def predicted(limit, state):
+    return limit.predict(state).value
+
+
+def assert_slope(model, limit, rho, rng, step=1e-5, rel=1e-5, value=predicted):
     """The gradient in a random direction is the difference quotient, itself good to about 1e-6.
 
     With densities alone, and with solid members of any share.
     """
     direction = rng.standard_normal(len(rho))
-    ahead, back = (
-        limit.predict(solved(model, limit, rho + s * step * direction)).value for s in (1, -1)
-    )
+    ahead, back = (value(limit, solved(model, limit, rho + s * step * direction)) for s in (1, -1))
     found = gradient_of(model, limit, rho) @ direction
     assert found == pytest.approx((ahead - back) / (2 * step), rel=rel)
     model = with_moments(model)
     share, turn = rng.uniform(0.0, 0.95, 4 * len(rho)), rng.standard_normal(4 * len(rho))
     ahead, back = (
-        limit.predict(
-            solved(model, limit, rho + s * step * direction, share + s * step * turn)
-        ).value
+        value(limit, solved(model, limit, rho + s * step * direction, share + s * step * turn))
         for s in (1, -1)
     )
     found = gradient_of(model, limit, rho, share) @ np.concatenate([direction, turn])
@@ -142,6 +143,58 @@ def test_gradient_of_a_frequency_matches_central_differences(number, exponent):
     assert_slope(model, limit, rho, rng, rel=1e-5)
 
 
+PART_BUCKLING = PartBucklingLimit(
+    key=LimitKey(kind="part_buckling", load_case="load"), name="buckling of the part",
+    allowed=2.0, factor=1.1,
+)  # fmt: skip
+
+
+def smoothed(limit, state):
+    (response,), _ = limit.responses(state)
+    return response.value
+
+
+@pytest.mark.parametrize(
+    ("acceleration", "temperature", "exponent"),
+    [
+        ((0.0, 0.0, 0.0), 0.0, 0.0),
+        ((-2e5, 0.0, -2e4), 0.0, 0.7),
+        ((0.0, 0.0, 0.0), 80.0, 0.0),
+    ],
+    ids=["force", "inertia, corrected law", "thermal"],
+)
+def test_gradient_of_the_load_factor_matches_central_differences(
+    acceleration, temperature, exponent
+):
+    model, _, rho, rng = _problem(acceleration, temperature, None, exponent)
+    assert_slope(model, PART_BUCKLING, rho, rng, value=smoothed)
+    # Single factors are what they are.
+    state = solved(model, PART_BUCKLING, rho)
+    assert smoothed(PART_BUCKLING, state) == pytest.approx(
+        predicted(PART_BUCKLING, state), rel=1e-3
+    )
+
+
+def test_gradient_of_the_load_factor_where_two_are_equal():
+    """A square column of equal densities, whose two modes the direction tells apart."""
+    model, _, rho, rng = _problem((-1e7, 0.0, 0.0), 0.0, None, size=(24.0, 5.0, 5.0))
+    case = replace(model.cases[0], force=np.zeros(model.space.nodes.shape))
+    model = replace(model, cases=(case,), solid_fraction=np.zeros(rho.size))
+    alike = np.full(rho.size, 0.3)
+    factors = solved(model, PART_BUCKLING, alike).load_factors("load").values
+    assert factors[1] == pytest.approx(factors[0], rel=5e-3)
+    assert factors[2] > 3.0 * factors[0]
+    assert_slope(model, PART_BUCKLING, alike, rng, value=smoothed)
+
+
+@pytest.mark.parametrize("turns", [False, True], ids=["straight", "turned"])
+def test_gradient_of_the_load_factor_where_a_skin_lies_at_a_face(turns):
+    model, _, rho, rng = _problem((0.0, 0.0, 0.0), 80.0, None)
+    model = skinned(model)
+    model = turned(model, rng) if turns else model
+    assert_slope(model, PART_BUCKLING, rho, rng, value=smoothed)
+
+
 def turned(model, rng):
     """The model with a law that is not isotropic and axes of their own at every point."""
     stiff = np.diag([3.0, 1.0, 0.5, 0.3, 0.2, 0.1]) + 0.1
@@ -155,6 +208,17 @@ def turned(model, rng):
     return replace(model, law=LawField(laws=(law,)), rotation=axes)
 
 
+def skinned(model):
+    """The model with a skin at a face, which takes a share of its tetrahedra."""
+    skin = Skin(thickness=0.7, faces=lambda x: x[2])
+    upper = (20.0, 6.0, 5.0)
+    domain = DesignDomain(
+        distance=lambda x: -x[2], lower=(0, 0, 0), upper=upper, components=(skin,)
+    )
+    moments = solid_moments(domain, model.space.mesh)
+    return replace(model, solid_fraction=solid_fraction(moments), solid_moments=moments)
+
+
 @pytest.mark.parametrize("temperature", [0.0, 80.0], ids=["force", "thermal"])
 def test_gradient_where_cells_turn_inside_elements(temperature):
     model, limit, rho, rng = _problem((0.0, 0.0, 0.0), temperature, None)
@@ -165,13 +229,7 @@ def test_gradient_where_cells_turn_inside_elements(temperature):
 @pytest.mark.parametrize("temperature", [0.0, 80.0], ids=["force", "thermal"])
 def test_gradient_where_a_skin_lies_at_a_face(temperature, turns):
     model, limit, rho, rng = _problem((0.0, 0.0, 0.0), temperature, None)
-    skin = Skin(thickness=0.7, faces=lambda x: x[2])
-    upper = (20.0, 6.0, 5.0)
-    domain = DesignDomain(
-        distance=lambda x: -x[2], lower=(0, 0, 0), upper=upper, components=(skin,)
-    )
-    moments = solid_moments(domain, model.space.mesh)
-    model = replace(model, solid_fraction=solid_fraction(moments), solid_moments=moments)
+    model = skinned(model)
     # The random direction changes little here: solves of 1e-10 leave 1e-5 of a shorter step.
     assert_slope(turned(model, rng) if turns else model, limit, rho, rng, step=1e-4)
 

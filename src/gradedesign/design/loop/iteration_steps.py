@@ -260,8 +260,9 @@ def lattice_share(
     worst, _ = max(pairs, key=lambda pair: pair[1].utilisation(pair[0].value))
     lattice = as_stiffness(in_lattice(model, lattice_stiffness(model, rho)))
     (adjoint,) = solve_adjoints(model, system, [worst])
-    if worst.mode is not None:
-        u, v, whole = worst.mode.shape, worst.mode.shape, 1.0
+    shape = worst.shape if worst.mode is None else worst.mode.shape
+    if shape is not None:
+        u, v, whole = shape, shape, 1.0
     elif adjoint is not None:
         u, v, whole = state.displacement(worst.load_case), adjoint.displacement, worst.value
     shared = strain_energy_per_element(model.space, lattice, u, v)

@@ -12,7 +12,7 @@ from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.cell_surface import CellSurface, cell_surface
 from gradedesign.geometry.tets.tet_mesh import TetMesh, centroids
 from gradedesign.mechanics.explicit.analysis import PlannedSolid
-from gradedesign.mechanics.fe.natural_modes import highest_mode
+from gradedesign.mechanics.fe.modes import mode_room
 from gradedesign.mechanics.limits.limit import mode_goals
 
 
@@ -35,7 +35,7 @@ def planned_design(model: DesignModel, rho: float | FloatArray) -> PlannedSolid:
         solid=float(homogenised.volumes @ homogenised.solid_fraction),
         load_cases=len(plan.case.load_case),
         goals=sum(limit.goal() is not None for limit in model.limits),
-        modes=highest_mode(mode_goals(model.limits).values()),
+        modes=mode_room(mode_goals(model.limits).values()),
     )
     surfaces = CellSurface(np.zeros(weights.shape), np.zeros(weights.shape))
     for cell, here in _elements_by_cell(model.cells, homogenised.space.mesh):

@@ -10,7 +10,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.common.values.locate import Where
 from gradedesign.design.resolve.design_model import DesignModel
-from gradedesign.design.resolve.solid_part import solid_frequencies, solid_solutions
+from gradedesign.design.resolve.solid_part import solid_modes, solid_solutions
 from gradedesign.design.resolve.solid_stress import (
     SolidStress,
     solid_field,
@@ -51,7 +51,7 @@ class SolidAnalysis:
         Share of the region's area that each node stands for.
     measures : dict of load case to tuple of SolidStress
     work : dict of load case to float, N mm
-    frequencies : dict of LimitKey to float, Hz
+    mode_values : dict of LimitKey to float
     judged_share : float
         Share of the part's volume whose stress is judged.
     yields : Yielding or None
@@ -63,7 +63,7 @@ class SolidAnalysis:
     shares: dict[str, FloatArray]
     measures: dict[str, tuple[SolidStress, ...]]
     work: dict[str, float]
-    frequencies: dict[Hashable, float]
+    mode_values: dict[Hashable, float]
     judged_share: float
     yields: Yielding | None
 
@@ -112,7 +112,7 @@ def _solid_analysis(model: DesignModel, solutions: tuple[Solution, ...]) -> Soli
         shares={name: region_shares(space, on) for name, on in model.facets.items()},
         measures=measures,
         work=work_of(forces, solutions),
-        frequencies=solid_frequencies(part, solutions, mode_goals(model.limits)),
+        mode_values=solid_modes(part, solutions, mode_goals(model.limits)),
         judged_share=1.0 - unjudged_share(part, plan.support_zones),
         yields=_solid_yielding(part, stresses, plan.support_zones),
     )

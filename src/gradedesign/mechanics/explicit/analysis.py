@@ -59,7 +59,7 @@ class PlannedSolid:
     goals : int
         Values of limits whose own error acceptance estimates, each by the solution of a dual.
     modes : int
-        Lowest natural frequencies that are found.
+        Lowest modes that are found.
     """
 
     box: tuple[float, float, float]
@@ -200,8 +200,8 @@ class SolvedSolid(Protocol):
         """Work of loads and inertia on the displacements they cause, by load case, N mm."""
 
     @property
-    def frequencies(self) -> Mapping[Hashable, float]:
-        """Natural frequencies by the keys of the printed solid's modes, Hz."""
+    def mode_values(self) -> Mapping[Hashable, float]:
+        """Natural frequencies, Hz, and load factors by the keys of the printed solid's modes."""
 
     @property
     def traction_residual(self) -> Mapping[str, float]:

@@ -14,7 +14,7 @@ from gradedesign.errors import LatticeError, ResourceError
 from gradedesign.geometry.lattice.lattice import lattice_field
 from gradedesign.mechanics.explicit.analysis import Resolution
 from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
-from gradedesign.mechanics.fe.natural_modes import highest_mode
+from gradedesign.mechanics.fe.modes import mode_room
 from gradedesign.mechanics.finite_cell.analysis import brick_grid, divide
 from gradedesign.mechanics.finite_cell.cut_problem import CutProblem, require_regions
 from gradedesign.mechanics.finite_cell.elements import DisconnectedError, Elements, solid_volume
@@ -108,7 +108,7 @@ def divided_within_budget(
         lost, why, divided = _tried(problem, spacing)
         if divided is not None:
             unknowns = unknown_count(divided[1])
-            need = predict_memory(unknowns, highest_mode(solid.modes.values()))
+            need = predict_memory(unknowns, mode_room(solid.modes.values()))
             if need <= memory:
                 return DividedSolid(
                     problem=problem,

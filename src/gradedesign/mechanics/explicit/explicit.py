@@ -60,9 +60,9 @@ class ExplicitResult:
         return self.solved.work
 
     @property
-    def frequencies(self) -> Mapping[Hashable, float]:
-        """Natural frequencies by the keys of the limits that ask for them, Hz."""
-        return self.solved.frequencies
+    def mode_values(self) -> Mapping[Hashable, float]:
+        """Natural frequencies, Hz, and load factors by the keys of the limits that ask for them."""
+        return self.solved.mode_values
 
     @property
     def traction_residual(self) -> Mapping[str, float]:

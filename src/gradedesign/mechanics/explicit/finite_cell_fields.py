@@ -97,9 +97,9 @@ class FiniteCellFields:
         return self.result.work
 
     @property
-    def frequencies(self) -> Mapping[Hashable, float]:
-        """Natural frequencies by the keys of the problem's modes, Hz."""
-        return self.result.frequencies
+    def mode_values(self) -> Mapping[Hashable, float]:
+        """Natural frequencies, Hz, and load factors by the keys of the problem's modes."""
+        return self.result.mode_values
 
     @property
     def traction_residual(self) -> Mapping[str, float]:
@@ -112,7 +112,7 @@ class FiniteCellFields:
 
     @property
     def goal_residuals(self) -> Mapping[Hashable, GoalResidual]:
-        """Residuals of the goals and frequencies of the problem, by their keys."""
+        """Residuals of the goals and modes of the problem, by their keys."""
         return {key: value for s in self.result.solutions for key, value in s.goals.items()}
 
     def von_mises(self, load_case: str) -> FloatArray:

@@ -13,8 +13,8 @@ from gradedesign.geometry.tets.mesher import PYTETWILD, Mesher
 from gradedesign.mechanics.explicit.support_zones import SupportZone
 from gradedesign.mechanics.fe.displacement_goal import DisplacementGoal
 from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
+from gradedesign.mechanics.fe.modes import ModeGoal
 from gradedesign.mechanics.fe.multigrid_solver import MULTIGRID
-from gradedesign.mechanics.fe.natural_modes import ModeGoal
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.solver.linear_solver import LinearSolver
 
@@ -47,7 +47,7 @@ class PrintedSolid:
     goals : mapping of LimitKey to DisplacementGoal
         Values of limits whose own error an analysis is to estimate. Finite cells do.
     modes : mapping of LimitKey to ModeGoal
-        Natural frequencies that every analysis is to find.
+        Natural frequencies and load factors that every analysis is to find.
     """
 
     load_cases: tuple[LoadCaseSpec, ...]

@@ -37,8 +37,8 @@ class TetFields:
     thermal_strain : dict of load case to float
     facets : dict of region to (k, 3) int array
     work : dict of load case to float, N mm
-    frequencies : dict of any key to float, Hz
-        Of the modes of the printed solid.
+    mode_values : dict of any key to float
+        Natural frequencies, Hz, and load factors of the modes of the printed solid.
     """
 
     space: TetSpace
@@ -48,7 +48,7 @@ class TetFields:
     facets: Mapping[str, IntArray]
     work: Mapping[str, float]
     division: Discretisation
-    frequencies: Mapping[Hashable, float] = field(default_factory=dict)
+    mode_values: Mapping[Hashable, float] = field(default_factory=dict)
 
     @property
     def load_cases(self) -> tuple[str, ...]:

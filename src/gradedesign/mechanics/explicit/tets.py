@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gradedesign.arrays import IntArray
+from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.common.system.progress import report_step
 from gradedesign.errors import LatticeError
 from gradedesign.geometry.part.part_mesh import region_facets
@@ -23,9 +23,10 @@ from gradedesign.mechanics.fe.load_case import (
     mechanical_force,
     work_of,
 )
-from gradedesign.mechanics.fe.natural_modes import found_frequencies
+from gradedesign.mechanics.fe.modes import found_modes
 from gradedesign.mechanics.fe.solve import solve_cases
 from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.stress import element_stress
 
 #: Unknowns per quadratic tetrahedron of a lattice: walls two to three elements thick have 4.8 to
 #: 5.0.
@@ -68,18 +69,23 @@ def solve_tets(
     system = prepare_elastic(space, stiffness, solver=solid.solver)
     solutions = solve_cases(system, vectors)
     held = {case.name: case.supports.fixed for case in cases}
+    by_name = {solution.name: solution for solution in solutions}
+    heated = {case.name: material.thermal_expansion * case.temperature_change for case in cases}
+
+    def stress(name: str) -> FloatArray:
+        u = by_name[name].displacement
+        return element_stress(space, stiffness, u, thermal_strain=heated[name])
+
     forces = [mechanical_force(space, case, density) for case in cases]
     return TetFields(
         space=space,
         material=material,
-        solutions={solution.name: solution for solution in solutions},
-        thermal_strain={
-            case.name: material.thermal_expansion * case.temperature_change for case in cases
-        },
+        solutions=by_name,
+        thermal_strain=heated,
         facets=facets,
         work=work_of(forces, solutions),
-        frequencies=found_frequencies(
-            system, held, signed_volumes(space.mesh) * density, solid.modes
+        mode_values=found_modes(
+            system, held, signed_volumes(space.mesh) * density, stress, solid.modes
         ),
         division=replace(division, unknowns=space.dof_count),
     )

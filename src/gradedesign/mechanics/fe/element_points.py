@@ -94,6 +94,14 @@ def gauss_interpolation(space: TetSpace) -> csr_matrix:
     )
 
 
+def coordinate_gradients(space: TetSpace, part: slice = slice(None)) -> FloatArray:
+    """Gradients of the barycentric coordinates of some elements, ``(m, 4, 3)``, 1/mm."""
+    corners = space.nodes[:, space.elements[:4, part]]
+    edges = (corners[:, 1:] - corners[:, :1]).transpose(2, 1, 0)
+    inverse = np.linalg.inv(edges).transpose(0, 2, 1)
+    return np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1)
+
+
 def values_at(space: TetSpace, field: ScalarField, at: Where = "gauss") -> FloatArray:
     """Values of a field at the points of every element.
 

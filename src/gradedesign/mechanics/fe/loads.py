@@ -19,6 +19,7 @@ from gradedesign.mechanics.fe._stress_kernels import initial_strain_force
 from gradedesign.mechanics.fe.element_points import (
     ScalarField,
     barycentric,
+    coordinate_gradients,
     shape_derivatives,
     values_at,
 )
@@ -240,10 +241,7 @@ def stress_force(space: TetSpace, stress: FloatArray) -> FloatArray:
     stress : (6, M, 4) array
         Voigt, at the Gauss points, each with the volume that it stands for: N mm.
     """
-    corners = space.nodes[:, space.elements[:4]]
-    edges = (corners[:, 1:] - corners[:, :1]).transpose(2, 1, 0)
-    inverse = np.linalg.inv(edges).transpose(0, 2, 1)
-    gradients = np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1)
+    gradients = coordinate_gradients(space)
     shapes = shape_derivatives(space.order, barycentric("gauss"))
     flux = np.einsum("xymq,mvy->xvqm", stress[_VOIGT], gradients, optimize=True)
     return _scattered(

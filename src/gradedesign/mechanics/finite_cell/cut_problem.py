@@ -13,7 +13,7 @@ from gradedesign.errors import CaseError
 from gradedesign.geometry.part.regions import Region
 from gradedesign.mechanics.fe.displacement_goal import DisplacementGoal
 from gradedesign.mechanics.fe.load_case import LoadCaseSpecification
-from gradedesign.mechanics.fe.natural_modes import ModeGoal
+from gradedesign.mechanics.fe.modes import ModeGoal
 from gradedesign.mechanics.finite_cell.grid import Plane
 from gradedesign.mechanics.material.material import Material
 
@@ -42,7 +42,7 @@ class CutProblem:
         Values whose own error is estimated, see `CaseSolution.goals`; each costs the solution of
         its dual. Only on elements of one size.
     modes : mapping of any key to ModeGoal
-        Natural frequencies to find, see `CaseSolution.frequencies`.
+        Natural frequencies and load factors to find, see `CaseSolution.modes`.
     """
 
     field: Field

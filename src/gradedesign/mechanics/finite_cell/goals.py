@@ -16,7 +16,7 @@ from gradedesign.mechanics.finite_cell.hanging import gather_hanging
 from gradedesign.mechanics.finite_cell.loads import scattered
 from gradedesign.mechanics.finite_cell.operator import lame_constants
 from gradedesign.mechanics.finite_cell.residual_places import ResidualPlaces, residual_places
-from gradedesign.mechanics.finite_cell.result import CaseSolution
+from gradedesign.mechanics.finite_cell.result import CaseSolution, ModeValue
 from gradedesign.mechanics.finite_cell.space import BrickSpace
 from gradedesign.mechanics.finite_cell.stress import displacement_at
 from gradedesign.mechanics.finite_cell.surface import SurfacePoints, chosen_points
@@ -108,23 +108,26 @@ def with_residuals(
     for specification, solution in zip(problem.cases, cases, strict=True):
         own_goals = [k for k in duals if problem.goals[k].load_case == solution.name]
         forced = _forced(specification)
+        buckles = any(mode.buckling for mode in solution.modes.values())
         goals: dict[Hashable, GoalResidual] = {}
-        if solution.frequencies:
+        if forced or own_goals or buckles:
+            carried = _carried(specification, places)
+            free = free_components(elements, looked_at, carried)
+        stressed = 0.0
+        if forced or buckles:
+            stressed = traction_residual(
+                elements, space, solution.u, lame, looked_at, free,
+                thermal_strain=solution.thermal_strain,
+            )  # fmt: skip
+        residual = stressed if forced else None
+        if solution.modes:
             bare = free_components(elements, looked_at, _held(specification, places))
-            for key, frequency in solution.frequencies.items():
-                # A frequency is too high by half the share by which the work is too small.
-                lost = traction_residual(elements, space, frequency.shape, lame, looked_at, bare)
-                goals[key] = GoalResidual(rise=0.0, fall=0.5 * lost * frequency.value)
+            for key, mode in solution.modes.items():
+                lost = traction_residual(elements, space, mode.shape, lame, looked_at, bare)
+                goals[key] = _of_mode(mode, lost, stressed)
         if not (forced or own_goals):
             out.append(replace(solution, goals=goals))
             continue
-        carried = _carried(specification, places)
-        free = free_components(elements, looked_at, carried)
-        residual = (
-            traction_residual(elements, space, solution.u, lame, looked_at, free)
-            if forced
-            else None
-        )
         own = imbalance(
             elements, space, solution.u, lame, looked_at, thermal_strain=solution.thermal_strain
         )
@@ -133,6 +136,17 @@ def with_residuals(
             goals[key] = goal_residual(own, other, lame, looked_at, free & neither)
         out.append(replace(solution, traction_residual=residual, goals=goals))
     return tuple(out)
+
+
+def _of_mode(mode: ModeValue, lost: float, stressed: float) -> GoalResidual:
+    """Residual of the value of a mode, from that of its shape and that of the stress it is under.
+
+    A load factor is too high by the share by which the work of loads with that shape is too small,
+    and a frequency by half of it. The stress that buckles the solid may be too high or too low.
+    """
+    if not mode.buckling:
+        return GoalResidual(rise=0.0, fall=0.5 * lost * mode.value)
+    return GoalResidual(rise=stressed * mode.value, fall=(lost + stressed) * mode.value)
 
 
 def _dual_imbalance(

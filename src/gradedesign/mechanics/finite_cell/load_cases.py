@@ -13,7 +13,7 @@ from gradedesign.common.system.progress import stepping
 from gradedesign.errors import SolverError
 from gradedesign.mechanics.fe.displacement_goal import DisplacementGoal
 from gradedesign.mechanics.fe.load_case import LoadCaseSpecification
-from gradedesign.mechanics.fe.natural_modes import highest_mode
+from gradedesign.mechanics.fe.modes import highest_mode
 from gradedesign.mechanics.finite_cell.cut_problem import CutProblem
 from gradedesign.mechanics.finite_cell.elements import Elements
 from gradedesign.mechanics.finite_cell.first_guess import first_guess, nearest_combination
@@ -22,10 +22,10 @@ from gradedesign.mechanics.finite_cell.hanging import gather_hanging
 from gradedesign.mechanics.finite_cell.held_system import HeldSystem
 from gradedesign.mechanics.finite_cell.iterate import Iterate, conjugate_gradients
 from gradedesign.mechanics.finite_cell.loads import case_force, thermal_force
+from gradedesign.mechanics.finite_cell.modes import buckling_modes, natural_modes
 from gradedesign.mechanics.finite_cell.multigrid import build_preconditioner, cycle
-from gradedesign.mechanics.finite_cell.natural_modes import natural_modes
 from gradedesign.mechanics.finite_cell.operator import lame_constants, operator, product
-from gradedesign.mechanics.finite_cell.result import CaseSolution, FiniteCellResult, Frequency
+from gradedesign.mechanics.finite_cell.result import CaseSolution, FiniteCellResult, ModeValue
 from gradedesign.mechanics.finite_cell.space import BrickSpace, unknown_count
 from gradedesign.mechanics.finite_cell.supports import Held, held_by, support_key
 from gradedesign.mechanics.finite_cell.surface import SurfacePoints
@@ -120,8 +120,11 @@ def solved_cases(
                 for key, goal in goals.items()
                 if goal.load_case == solved[k].name
             }
+        for k in members:
+            buckling = _load_factors(problem, solved[k], system, lame, free)
+            solved[k] = replace(solved[k], modes=buckling)
         for k, frequencies in _frequencies(problem, members, system, free).items():
-            solved[k] = replace(solved[k], frequencies=frequencies)
+            solved[k] = replace(solved[k], modes={**solved[k].modes, **frequencies})
         # The largest arrays go before those of the error estimate come.
         del levels, system, stiffness, held, own, free
     cases = tuple(solved[k] for k in range(len(problem.cases)))
@@ -133,23 +136,49 @@ def solved_cases(
 
 def _frequencies(
     problem: CutProblem, members: Sequence[int], system: HeldSystem, free: Sequence[FloatArray]
-) -> dict[int, dict[Hashable, Frequency]]:
+) -> dict[int, dict[Hashable, ModeValue]]:
     """Natural frequencies of load cases that share their supports, by number of the case."""
     names = {problem.cases[k].name: k for k in members}
-    wanted = {key: goal for key, goal in problem.modes.items() if goal.load_case in names}
+    wanted = {
+        key: goal
+        for key, goal in problem.modes.items()
+        if goal.load_case in names and not goal.buckling
+    }
     if not wanted:
         return {}
     modes = natural_modes(
         system, problem.material.density, highest_mode(wanted.values()), free[:_SIMILAR],
         next(iter(wanted.values())).load_case,
     )  # fmt: skip
-    found: dict[int, dict[Hashable, Frequency]] = {}
+    found: dict[int, dict[Hashable, ModeValue]] = {}
     for key, goal in wanted.items():
         shape = modes.shapes[goal.number - 1].reshape(system.keep.shape)
         value = float(modes.frequencies[goal.number - 1])
         of_case = found.setdefault(names[goal.load_case], {})
-        of_case[key] = Frequency(value=value, shape=shape)
+        of_case[key] = ModeValue(value=value, shape=shape)
     return found
+
+
+def _load_factors(
+    problem: CutProblem,
+    solution: CaseSolution,
+    system: HeldSystem,
+    lame: tuple[float, float],
+    free: Sequence[FloatArray],
+) -> dict[Hashable, ModeValue]:
+    """Factor of its loads at which the solid buckles in one load case, where it is asked for."""
+    wanted = [
+        key
+        for key, goal in problem.modes.items()
+        if goal.buckling and goal.load_case == solution.name
+    ]
+    if not wanted:
+        return {}
+    stressed = solution.u, solution.thermal_strain
+    modes = buckling_modes(system, stressed, lame, free[:_SIMILAR], solution.name)
+    shape = modes.shapes[0].reshape(system.keep.shape)
+    value = ModeValue(value=float(modes.values[0]), shape=shape, buckling=True)
+    return dict.fromkeys(wanted, value)
 
 
 def _dual(

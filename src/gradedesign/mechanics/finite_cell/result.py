@@ -17,18 +17,20 @@ from gradedesign.mechanics.finite_cell.traction_residual import GoalResidual
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Frequency:
-    """A natural frequency.
+class ModeValue:
+    """A natural frequency, or the factor of the loads at which the solid buckles.
 
     Attributes
     ----------
-    value : float, Hz
+    value : float
+        Of a frequency in Hz.
     shape : (N, 3) array
         Whose strain energy is 1/2; only its form means something.
     """
 
     value: float
     shape: FloatArray
+    buckling: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -51,8 +53,8 @@ class CaseSolution:
         and where elements have two sizes.
     goals : mapping of any key to GoalResidual
         The same of the goals of the problem in this load case, whatever acts in it.
-    frequencies : mapping of any key to Frequency
-        Of the modes of the problem that this load case holds.
+    modes : mapping of any key to ModeValue
+        Those of the problem in this load case.
     """
 
     name: str
@@ -64,7 +66,7 @@ class CaseSolution:
     thermal_strain: float
     traction_residual: float | None
     goals: Mapping[Hashable, GoalResidual] = field(default_factory=dict)
-    frequencies: Mapping[Hashable, Frequency] = field(default_factory=dict)
+    modes: Mapping[Hashable, ModeValue] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -99,9 +101,9 @@ class FiniteCellResult:
     notes: tuple[str, ...] = ()
 
     @property
-    def frequencies(self) -> dict[Hashable, float]:
-        """Natural frequencies by the keys of the problem's modes, Hz."""
-        return {key: f.value for s in self.solutions for key, f in s.frequencies.items()}
+    def mode_values(self) -> dict[Hashable, float]:
+        """Natural frequencies, Hz, and load factors by the keys of the problem's modes."""
+        return {key: mode.value for s in self.solutions for key, mode in s.modes.items()}
 
     @property
     def work(self) -> dict[str, float]:

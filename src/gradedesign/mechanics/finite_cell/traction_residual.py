@@ -126,6 +126,8 @@ def traction_residual(
     lame: tuple[float, float],
     places: ResidualPlaces,
     free: BoolArray,
+    *,
+    thermal_strain: float = 0.0,
 ) -> float:
     """Squared residual of the tractions over the energy of the solution, twice each.
 
@@ -146,10 +148,10 @@ def traction_residual(
     I. Babuška, W. C. Rheinboldt (1978), A-posteriori error estimates for the finite element
     method, Int. J. Numer. Methods Eng. 12, 1597-1615: the part of the residual on faces.
     """
-    own = imbalance(elements, space, u, lame, places)
+    own = imbalance(elements, space, u, lame, places, thermal_strain=thermal_strain)
     _, nu = _engineering(lame)
     lost = float(_products(own, own, places, free).sum())
-    inner = _raw_stress(elements, space, u, (*lame, 0.0), places.inner)
+    inner = _raw_stress(elements, space, u, (*lame, thermal_strain), places.inner)
     trace = inner[:3].sum(axis=0)
     square = (inner[:3] ** 2).sum(axis=0) + 2.0 * (inner[3:] ** 2).sum(axis=0)
     energy = float((places.inner.weight * ((1.0 + nu) * square - nu * trace**2)).sum())

@@ -49,8 +49,8 @@ class Analysis(Protocol):
         """
 
     @property
-    def frequencies(self) -> Mapping[Hashable, float]:
-        """Natural frequencies by the keys of the limits that ask for them, Hz."""
+    def mode_values(self) -> Mapping[Hashable, float]:
+        """Natural frequencies, Hz, and load factors by the keys of the limits that ask for them."""
 
     def region_displacement(self, region: str, load_case: str) -> FloatArray:
         """Displacements of the nodes of a region, ``(3, k)``, mm."""

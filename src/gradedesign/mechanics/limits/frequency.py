@@ -22,7 +22,7 @@ from gradedesign.common.values.value_types import Whole
 from gradedesign.errors import CaseError
 from gradedesign.geometry.part.regions import Region
 from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
-from gradedesign.mechanics.fe.natural_modes import ModeGoal
+from gradedesign.mechanics.fe.modes import ModeGoal
 from gradedesign.mechanics.limits.analysis import Analysis
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.limit import Limit, LimitKind, PlacedModel, StatedLimit
@@ -105,8 +105,8 @@ class FrequencyLimit(Limit):
                     value=self.factor * float(frequencies[k]),
                     mode=ModeShape(
                         shape=modes.shapes[k].reshape(-1, 3).T,
-                        square=float(modes.squares[k]),
-                        by_square=self.factor * float(frequencies[k] / modes.squares[k] / 2.0),
+                        square=float(modes.values[k]),
+                        by_square=self.factor * float(frequencies[k] / modes.values[k] / 2.0),
                     ),
                 )
                 for k in first + np.flatnonzero(near)
@@ -120,7 +120,7 @@ class FrequencyLimit(Limit):
 
     def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:
         """The frequency, Hz; none where an analysis finds no frequencies."""
-        found = analysis.frequencies.get(self.key)
+        found = analysis.mode_values.get(self.key)
         return () if found is None else (self.row(found, judged_by),)
 
 

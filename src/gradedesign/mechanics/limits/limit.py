@@ -20,7 +20,7 @@ from gradedesign.common.values.locate import Where
 from gradedesign.geometry.part.regions import Region
 from gradedesign.mechanics.fe.displacement_goal import DisplacementGoal
 from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
-from gradedesign.mechanics.fe.natural_modes import ModeGoal
+from gradedesign.mechanics.fe.modes import ModeGoal
 from gradedesign.mechanics.fe.supports import Supports
 from gradedesign.mechanics.limits.analysis import Analysis, SubmodelStress
 from gradedesign.mechanics.limits.banded import Banded
@@ -78,7 +78,7 @@ class Limit(ABC):
 
     @property
     def follows_stiffness(self) -> bool:
-        """Whether the value says how stiff the design is: a displacement, a frequency."""
+        """Whether the value says how stiff the design is: a displacement, a load factor."""
         return self.by_gradient and not self.needs_stress
 
     def compliance(self, value: float) -> float:
@@ -149,7 +149,7 @@ class Limit(ABC):
         return None
 
     def mode(self) -> ModeGoal | None:
-        """The value as a natural frequency that analyses are to find; None: it is none."""
+        """The value as that of a mode that analyses are to find; None: it is none."""
         return None
 
     def submodel_factor(self, submodels: Sequence[SubmodelStress]) -> Banded | None:  # noqa: ARG002
@@ -283,7 +283,7 @@ def stated_modes(limits: Iterable[StatedLimit]) -> int:
 
 
 def mode_goals(limits: Iterable[Limit]) -> dict[Hashable, ModeGoal]:
-    """Natural frequencies that limits ask of an analysis, by their keys."""
+    """Natural frequencies and load factors that limits ask of an analysis, by their keys."""
     return {limit.key: goal for limit in limits if (goal := limit.mode()) is not None}
 
 

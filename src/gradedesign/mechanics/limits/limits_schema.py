@@ -216,6 +216,9 @@ class LimitsSpec(Table):
     called: ClassVar[Mapping[str, str]] = {
         "natural_frequency": "frequency",
         "eigenfrequency": "frequency",
+        "linear_buckling": "part_buckling",
+        "buckling_load_factor": "part_buckling",
+        "load_factor": "part_buckling",
         "von_mises": "stress",
         "deflection": "displacement",
         "factor_of_safety": "safety_factor",

@@ -53,6 +53,17 @@ class HomogenisedState(Protocol):
     def modes(self, load_case: str) -> Modes:
         """Lowest modes about the supports of a load case; for limits that ask, `Limit.mode`."""
 
+    def load_factors(self, load_case: str) -> Modes:
+        """Lowest modes in which the part buckles; for limits that ask, `Limit.mode`."""
+
+    def through_load_factors(
+        self, load_case: str, by_factor: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Derivatives by displacements ``(3, N)``, and by the design at these, ``(P,)``.
+
+        ``by_factor`` holds those of a value by each of the load factors.
+        """
+
     def force(self, load_case: str) -> FloatArray:
         """Nodal forces of loads and inertia, without reactions and thermal forces, (3, N), N."""
 
@@ -158,6 +169,9 @@ class Response:
         Derivative by every variable of the design at fixed displacements; None: there is none.
     mode : ModeShape or None
         In place of the other derivatives.
+    shape : (3, N) array or None
+        Displacements whose strain energy of 1 resists the value, as that of displacement and
+        adjoint does for others.
     """
 
     name: str
@@ -166,3 +180,4 @@ class Response:
     by_displacement: FloatArray | None = None
     by_design: FloatArray | None = None
     mode: ModeShape | None = None
+    shape: FloatArray | None = None

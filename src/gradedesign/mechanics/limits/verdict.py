@@ -94,9 +94,9 @@ def expected_factors(
     factors: dict[LimitKey, float] = {}
     for row in explicit:
         if row.converges and row.load_case in residuals:
-            # A frequency, a root of stiffness, falls by half of what a displacement grows.
-            half = 1.0 if row.unfavourable == "high" else -0.5
-            factors[row.key] = 1.0 + half * share * residuals[row.load_case]
+            # A load factor falls by what a displacement grows; a frequency, a root, by half of it.
+            times = 1.0 if row.unfavourable == "high" else -0.5 if row.unit == "Hz" else -1.0
+            factors[row.key] = 1.0 + times * share * residuals[row.load_case]
         elif not row.converges and not row.homogenised:
             end = LEAST_UNKNOWN if row.unfavourable == "high" else -LEAST_UNKNOWN
             factors[row.key] = 1.0 + end
@@ -131,7 +131,7 @@ def unsure_words(solid: Sequence[LimitRow]) -> tuple[str, ...]:
     slow = tuple(
         f"{row.name} ({row.load_case}) of the fully solid part is {row.value:.4g} {row.unit}, less "
         f"than the {row.limit:.4g} {row.unit} that it must be at least: only a lattice that is "
-        f"light where it moves most can hold that"
+        f"light or soft in the right places can hold that"
         for row in solid
         if row.broken and not row.solid_is_best
     )

@@ -9,7 +9,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.mechanics.fe.elastic_system import ElasticSystem, prepare_elastic
 from gradedesign.mechanics.fe.load_case import load_vector
-from gradedesign.mechanics.fe.natural_modes import natural_modes
+from gradedesign.mechanics.fe.modes import natural_modes
 from gradedesign.mechanics.fe.solution import LoadVector, Solution
 from gradedesign.mechanics.fe.solve import solve_cases
 from gradedesign.mechanics.sizing.homogenised_model import (

@@ -25,6 +25,7 @@ from gradedesign.mechanics.sizing.homogenised_model import (
     effective_density,
     effective_slope,
 )
+from gradedesign.mechanics.sizing.members import moments_by_share
 
 
 def solid_stiffness(model: HomogenisedModel) -> FloatArray:
@@ -108,6 +109,40 @@ def _in_moments(C: FloatArray, room: FloatArray) -> FloatArray:
         return np.asarray(C[:, :, None] * room)
     moments = gauss_moments(C) if C.shape[2] == 4 else C
     return np.asarray(moments * (room / UNIFORM[:, None]))
+
+
+def stiffness_derivatives(
+    model: HomogenisedModel, rho: FloatArray, lattice_alone: HomogenisedModel | None
+) -> list[Stiffness]:
+    """Derivatives of the stiffness of every tetrahedron by the variables of its design, MPa.
+
+    By its density, and by the shares of members at its Gauss points where the model without these
+    is given.
+    """
+    derivatives = [_stiffness_derivative(model, rho)]
+    if lattice_alone is not None:
+        derivatives += _member_derivatives(lattice_alone, rho)
+    return derivatives
+
+
+def _stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> Stiffness:
+    """Derivative of the stiffness of every tetrahedron by its density, MPa."""
+    return as_stiffness(in_lattice(model, lattice_stiffness_derivative(model, rho)))
+
+
+def _member_derivatives(lattice_alone: HomogenisedModel, rho: FloatArray) -> list[Stiffness]:
+    """Derivatives of the stiffness of tetrahedra by the share at each of their Gauss points, MPa.
+
+    Parameters
+    ----------
+    lattice_alone : HomogenisedModel
+        Without the members: what it holds beside solid is what they replace.
+    """
+    lattice = lattice_stiffness(lattice_alone, rho)
+    return [
+        as_stiffness(in_place_of(lattice_alone, lattice, moments))
+        for moments in moments_by_share(lattice_alone)
+    ]
 
 
 def _correction_factor(model: HomogenisedModel, rho: FloatArray) -> FloatArray:

@@ -17,14 +17,7 @@ from gradedesign.mechanics.fe.supports import Supports
 from gradedesign.mechanics.limits.state import ModeShape, Response
 from gradedesign.mechanics.sizing.homogenised import solve_vectors
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
-from gradedesign.mechanics.sizing.lattice_stiffness import (
-    as_stiffness,
-    in_lattice,
-    in_place_of,
-    lattice_stiffness,
-    lattice_stiffness_derivative,
-)
-from gradedesign.mechanics.sizing.members import moments_by_share
+from gradedesign.mechanics.sizing.lattice_stiffness import stiffness_derivatives
 from gradedesign.mechanics.sizing.state import SolvedState, case_named, force_slope, mass_slopes
 
 
@@ -37,9 +30,9 @@ def response_gradients(
     """
     if not responses:
         return np.zeros((0, len(state.rho) + (0 if state.share is None else len(state.share))))
-    derivatives = [stiffness_derivative(state.model, state.rho)]
-    if state.share is not None:
-        derivatives += member_derivatives(state.lattice_alone, state.rho)
+    derivatives = stiffness_derivatives(
+        state.model, state.rho, None if state.share is None else state.lattice_alone
+    )
     return np.array(
         [
             _response_gradient(state, derivatives, response, adjoint)
@@ -69,26 +62,6 @@ def solve_adjoints(
         )
     solutions = iter(solve_vectors(system, loads))
     return tuple(None if r.by_displacement is None else next(solutions) for r in responses)
-
-
-def stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> Stiffness:
-    """Derivative of the stiffness of every tetrahedron by its density, MPa."""
-    return as_stiffness(in_lattice(model, lattice_stiffness_derivative(model, rho)))
-
-
-def member_derivatives(lattice_alone: HomogenisedModel, rho: FloatArray) -> list[Stiffness]:
-    """Derivatives of the stiffness of tetrahedra by the share at each of their Gauss points, MPa.
-
-    Parameters
-    ----------
-    lattice_alone : HomogenisedModel
-        Without the members: what it holds beside solid is what they replace.
-    """
-    lattice = lattice_stiffness(lattice_alone, rho)
-    return [
-        as_stiffness(in_place_of(lattice_alone, lattice, moments))
-        for moments in moments_by_share(lattice_alone)
-    ]
 
 
 def _response_gradient(

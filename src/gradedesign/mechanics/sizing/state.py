@@ -35,10 +35,16 @@ from gradedesign.mechanics.sizing.lattice_stress import (
     local_stress_at,
 )
 from gradedesign.mechanics.sizing.members import POINTS, at_points
+from gradedesign.mechanics.sizing.part_buckling import (
+    homogenised_buckling,
+    through_load_factors,
+)
 from gradedesign.mechanics.sizing.solid_strain import solid_stress, through_solid_stress
 from gradedesign.mechanics.sizing.stress_slopes import through_local_stress
 from gradedesign.mechanics.solver.lowest_modes import Modes
 
+#: Lowest load factors that enter sizing together. Chosen, not measured.
+LOAD_FACTORS = 5
 #: Modes that are found beyond the one that a limit asks for: equal ones enter sizing together.
 #: Chosen, not measured.
 _BEYOND = 2
@@ -58,7 +64,7 @@ class SolvedState:
     solutions : dict of load case to Solution
     stress : dict of load case to LatticeStress
         Empty unless a limit needs it.
-    natural_modes : dict of load case to Modes
+    natural_modes, buckling_modes : dict of load case to Modes
         Of those whose modes a limit asks for.
     """
 
@@ -69,6 +75,7 @@ class SolvedState:
     solutions: dict[str, Solution]
     stress: dict[str, LatticeStress]
     natural_modes: dict[str, Modes] = field(default_factory=dict)
+    buckling_modes: dict[str, Modes] = field(default_factory=dict)
 
     @property
     def load_cases(self) -> Sequence[str]:
@@ -107,6 +114,24 @@ class SolvedState:
     def modes(self, load_case: str) -> Modes:
         """Lowest modes about the supports of a load case."""
         return self.natural_modes[load_case]
+
+    def load_factors(self, load_case: str) -> Modes:
+        """Lowest modes in which the part buckles under a load case."""
+        return self.buckling_modes[load_case]
+
+    def through_load_factors(
+        self, load_case: str, by_factor: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Derivatives by displacements ``(3, N)`` and by the design, see `through_load_factors`."""
+        return through_load_factors(
+            self.model,
+            self.rho,
+            None if self.share is None else self.lattice_alone,
+            case_named(self.model, load_case),
+            self.displacement(load_case),
+            self.load_factors(load_case),
+            by_factor,
+        )
 
     def force(self, load_case: str) -> FloatArray:
         """Nodal forces of loads and inertia, ``(3, N)``, N."""
@@ -206,6 +231,7 @@ def solved_state(
     if any(limit.needs_stress for limit in limits):
         stresses = lattice_stress(model, rho, solutions)
         stress = {case.name: value for case, value in zip(model.cases, stresses, strict=True)}
+    displacements = {s.name: s.displacement for s in solutions}
     return SolvedState(
         model=model,
         rho=rho,
@@ -215,23 +241,31 @@ def solved_state(
         stress=dict(stress),
         natural_modes={
             name: homogenised_modes(model, rho, system, name, number + _BEYOND)
-            for name, number in _highest_modes(limits).items()
+            for name, number in _highest_modes(limits, buckling=False).items()
+        },
+        buckling_modes={
+            name: homogenised_buckling(
+                model, system, case_named(model, name), displacements[name], LOAD_FACTORS
+            )
+            for name in _highest_modes(limits, buckling=True)
         },
     )
 
 
-def _highest_modes(limits: Sequence[Limit]) -> dict[str, int]:
+def _highest_modes(limits: Sequence[Limit], *, buckling: bool) -> dict[str, int]:
     """Greatest number of a mode that limits ask for, by load case."""
     highest: dict[str, int] = {}
     for limit in limits:
-        if (goal := limit.mode()) is not None:
+        goal = limit.mode()
+        if goal is not None and goal.buckling is buckling:
             highest[goal.load_case] = max(goal.number, highest.get(goal.load_case, 0))
     return highest
 
 
 def mode_shapes(state: SolvedState) -> list[FloatArray]:
     """Shapes of all modes of a state, ``(3, N)`` each."""
-    return [x.reshape(-1, 3).T for modes in state.natural_modes.values() for x in modes.shapes]
+    found = (*state.natural_modes.values(), *state.buckling_modes.values())
+    return [x.reshape(-1, 3).T for modes in found for x in modes.shapes]
 
 
 def case_named(model: HomogenisedModel, name: str) -> PartLoadCase:

@@ -1,4 +1,7 @@
-"""The lowest modes of ``K x = omega^2 M x``, by locally optimal block preconditioned iterations.
+"""The lowest modes of ``K x = value M x``, by locally optimal block preconditioned iterations.
+
+``M`` is the mass, and values are squares of angular frequencies; or ``M`` is what a load takes off
+the stiffness, which may be negative, and positive values are the factors at which it buckles.
 
 Of every vector the residual, preconditioned, and the last step widen the space in which the best
 vectors are taken next; all modes that are looked for are taken together, so that equal ones do not
@@ -13,12 +16,12 @@ A. V. Knyazev (2001), Toward the optimal preconditioned eigensolver, SIAM J. Sci
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import BoolArray, FloatArray, locked
 from gradedesign.common.system.progress import report_step
 from gradedesign.errors import SolverError
 
@@ -27,8 +30,12 @@ _Product: TypeAlias = Callable[[FloatArray], FloatArray]
 #: Modes that are iterated beyond those asked for: the error of the last one falls with its distance
 #: from the first that is left out, and two cover a pair of equal bending modes.
 GUARD = 2
-#: Directions whose share of a space is below this, in energy, are rounding. Chosen, not measured.
-_DEPENDENT = 1e-12
+#: Load factors lie close together: so many modes are iterated at least. Chosen, not measured.
+LEAST_BLOCK = 5
+#: Directions whose share of a space is below this, in energy, are left out: products of
+#: combinations lose the root of it in digits, again in every iteration. With 1e-12 five load
+#: factors of a column whose next two lay within 0.1 % drifted apart from their shapes.
+_DEPENDENT = 1e-8
 #: Most iterations. With one multigrid cycle for each some 15 to 30 are taken. Chosen, not measured.
 MAX_ITERATIONS = 200
 #: Residual that is accepted where iterations end before the one asked for: the error of a frequency
@@ -46,6 +53,8 @@ class ModeProblem:
     ----------
     stiffness, mass : callable
         Products with ``K`` and ``M``, ``(n,)`` to ``(n,)``.
+    of, none : str
+        Values of the modes in words, and why there may be none.
     precondition : callable
         Products of k vectors with about the inverse of ``K``, ``(k, n)`` to ``(k, n)``.
     start : sequence of (n,) arrays
@@ -56,6 +65,8 @@ class ModeProblem:
     mass: _Product
     precondition: _Product
     start: Sequence[FloatArray]
+    of: str = "natural frequencies"
+    none: str = "the solid has no mass, so that it has no natural frequency"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -64,28 +75,28 @@ class Modes:
 
     Attributes
     ----------
-    squares : (k,) array, 1/s^2
-        Squares of the angular frequencies.
+    values : (k,) array
+        Squares of the angular frequencies, 1/s^2, or factors of the load; all positive.
     shapes : (k, n) array
         Normalised so that the work ``x K x`` is 1.
     residuals : (k,) array
         Of every mode relative to its work, in the norm of the preconditioner.
     """
 
-    squares: FloatArray
+    values: FloatArray
     shapes: FloatArray
     residuals: FloatArray
     iterations: int
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "squares", locked(self.squares, (None,), name="squares"))
-        shape = (self.squares.size, None)
+        object.__setattr__(self, "values", locked(self.values, (None,), name="values"))
+        shape = (self.values.size, None)
         object.__setattr__(self, "shapes", locked(self.shapes, shape, name="shapes"))
 
     @property
     def frequencies(self) -> FloatArray:
         """Natural frequencies, ``(k,)``, Hz."""
-        return np.asarray(np.sqrt(self.squares) / (2.0 * np.pi))
+        return np.asarray(np.sqrt(self.values) / (2.0 * np.pi))
 
 
 @dataclass(slots=True)
@@ -96,13 +107,19 @@ class _Block:
     stiff: FloatArray
     heavy: FloatArray
 
+    def chosen(self, which: BoolArray) -> _Block:
+        """Some of the vectors."""
+        return _Block(self.x[which], self.stiff[which], self.heavy[which])
+
     def combined(self, weights: FloatArray) -> _Block:
         """Combinations of the vectors by columns of ``weights`` ``(k, m)``."""
         return _Block(weights.T @ self.x, weights.T @ self.stiff, weights.T @ self.heavy)
 
 
-def lowest_modes(problem: ModeProblem, count: int, *, rtol: float, name: str = "") -> Modes:
-    """Lowest modes of a held solid.
+def lowest_modes(
+    problem: ModeProblem, count: int, *, rtol: float, name: str = "", guard: int = GUARD
+) -> Modes:
+    """Lowest modes of a held solid, of positive values.
 
     Parameters
     ----------
@@ -111,13 +128,15 @@ def lowest_modes(problem: ModeProblem, count: int, *, rtol: float, name: str = "
         Residual at which the iteration ends. That of a frequency is about half its square.
     name : str
         Of the load case, for messages.
+    guard : int
+        Modes that are iterated beyond those asked for.
 
     Raises
     ------
     SolverError
-        If the iteration does not converge, or the solid has no mass.
+        If the iteration does not converge, or there is no mode.
     """
-    block = _first_block(problem, count + GUARD)
+    block = _first_block(problem, count + guard, name)
     wanted = min(count, len(block.x))
     step: _Block | None = None
     residual = np.zeros(0)
@@ -126,30 +145,56 @@ def lowest_modes(problem: ModeProblem, count: int, *, rtol: float, name: str = "
         inverse = _diagonal(block)
         rest = block.heavy - inverse[:, None] * block.stiff
         ahead = problem.precondition(rest)
-        residual = np.sqrt(np.maximum(np.einsum("kn,kn->k", rest, ahead), 0.0)) / inverse
+        size = np.where(inverse > 0.0, inverse, inverse[0])
+        residual = np.sqrt(np.maximum(np.einsum("kn,kn->k", rest, ahead), 0.0)) / size
         worst = float(residual[:wanted].max())
         if worst <= rtol or done >= MAX_ITERATIONS:
             break
         done += 1
-        report_step("natural frequencies", _won(worst, rtol))
-        # Vectors beyond those asked for go on as long as these do.
-        widened = _with_products(problem, ahead[residual > 0.1 * rtol])
-        block, step = _best(block, widened, step)
+        report_step(problem.of, _won(worst, rtol))
+        # Vectors beyond those asked for go on as long as these do. The last step of one that has
+        # converged is rounding, of which its products know nothing.
+        active = residual > 0.1 * rtol
+        widened = _with_products(problem, ahead[active])
+        block, step = _best(block, widened, None if step is None else step.chosen(active))
     if not worst <= max(rtol, ACCEPTED):
         raise SolverError(
-            f"load case '{name}': the lowest {count} natural frequencies stopped after {done} "
+            f"load case '{name}': the lowest {count} {problem.of} stopped after {done} "
             f"iterations at a residual of {worst:.1e}, where {ACCEPTED:g} is accepted; take a "
             f"finer mesh or another [run] solver"
         )
+    found = np.flatnonzero(inverse[:wanted] > 0.0)
     return Modes(
-        squares=1.0 / inverse[:wanted],
-        shapes=block.x[:wanted],
-        residuals=residual[:wanted],
+        values=1.0 / inverse[found],
+        shapes=block.x[found],
+        residuals=residual[found],
         iterations=done,
     )
 
 
-def _first_block(problem: ModeProblem, count: int) -> _Block:
+def lowest_factors(problem: ModeProblem, count: int, *, rtol: float, name: str) -> Modes:
+    """Lowest factors of a load at which a held solid buckles, see `lowest_modes`.
+
+    The mass of the problem is what the load takes off the stiffness.
+
+    Raises
+    ------
+    SolverError
+        If the iteration does not converge, or the load compresses nothing.
+    """
+    buckling = replace(
+        problem,
+        of="load factors of buckling",
+        none=(
+            "its loads compress nothing, so that nothing buckles; leave it out of [limits] "
+            "part_buckling, which takes the load_case that it is meant for"
+        ),
+    )
+    guard = max(LEAST_BLOCK - count, GUARD)
+    return lowest_modes(buckling, count, rtol=rtol, name=name, guard=guard)
+
+
+def _first_block(problem: ModeProblem, count: int, name: str) -> _Block:
     """Best vectors in the span of the first guesses and of what some forces cause, ``(count, n)``.
 
     The forces of a random acceleration hold a share of every mode.
@@ -161,10 +206,9 @@ def _first_block(problem: ModeProblem, count: int) -> _Block:
     start += [*problem.precondition(forces)]
     wide = _with_products(problem, np.array(start))
     weights, inverse = _ritz([wide])
-    keep = inverse > 0.0
-    if not keep.any():
-        raise SolverError("the solid has no mass, so that it has no natural frequency")
-    return wide.combined(weights[:, keep][:, :count])
+    if not inverse[0] > 0.0:
+        raise SolverError(f"load case '{name}': {problem.none}")
+    return wide.combined(weights[:, :count])
 
 
 def _with_products(problem: ModeProblem, x: FloatArray) -> _Block:
@@ -179,7 +223,7 @@ def _with_products(problem: ModeProblem, x: FloatArray) -> _Block:
 
 
 def _diagonal(block: _Block) -> FloatArray:
-    """Reciprocals of the squared angular frequencies of the vectors, ``(k,)``."""
+    """Reciprocals of the values of the vectors, ``(k,)``."""
     heavy = np.einsum("kn,kn->k", block.x, block.heavy)
     return np.asarray(heavy / np.einsum("kn,kn->k", block.x, block.stiff))
 
@@ -210,7 +254,7 @@ def _ritz(blocks: Sequence[_Block]) -> tuple[FloatArray, FloatArray]:
     weights : (m, r) array
         Normalised by the stiffness; dependent directions are left out.
     inverse : (r,) array
-        Reciprocals of their squared angular frequencies, largest first.
+        Reciprocals of their values, largest first.
     """
     stiff = np.block([[a.x @ b.stiff.T for b in blocks] for a in blocks])
     heavy = np.block([[a.x @ b.heavy.T for b in blocks] for a in blocks])
