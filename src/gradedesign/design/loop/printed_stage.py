@@ -20,7 +20,7 @@ from gradedesign.design.loop.planned_design import planned_design
 from gradedesign.design.resolve.cell_choice import cells_in_zones
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.geometry.triangles.printed_field import field_within, surface_search
-from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.mechanics.explicit.analysis import Resolution
 from gradedesign.mechanics.explicit.explicit import ExplicitResult, analyse_printed_solid
 from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS, ORDERS
@@ -48,7 +48,7 @@ def printed_stage(
     """
     run, division = model.plan.case.run, result.solved.division
     planned = replace(planned_design(model, rho), volume=result.volume)
-    search = surface_search(surface)
+    search, volume = surface_search(surface), enclosed_volume(surface)
     goals: dict[Hashable, DisplacementGoal] = {
         limit.key: goal for limit in model.limits if (goal := limit.goal()) is not None
     }
@@ -63,7 +63,7 @@ def printed_stage(
 
     def analyse(spacing: float) -> ExplicitResult:
         field = field_within(search, BAND * spacing)
-        printed = replace(solid, field=field, goals=goals)
+        printed = replace(solid, field=field, volume=volume, goals=goals)
         return analyse_printed_solid(
             FINITE_CELLS,
             printed,

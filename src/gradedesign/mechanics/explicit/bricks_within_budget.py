@@ -105,7 +105,7 @@ def divided_within_budget(
         problem = _design_problem(solid, spacing, graded=graded)
         require_regions(problem)
         _require_room(problem, spacing, memory)
-        lost, why, divided = _tried(problem, spacing)
+        lost, why, divided = _tried(problem, spacing, solid.volume)
         if divided is not None:
             unknowns = unknown_count(divided[1])
             need = predict_memory(unknowns, mode_room(solid.modes.values()))
@@ -148,17 +148,24 @@ def divided_within_budget(
 
 
 def _tried(
-    problem: CutProblem, spacing: float
+    problem: CutProblem, spacing: float, enclosed: float | None
 ) -> tuple[float, str, tuple[Elements, BrickSpace] | None]:
-    """Share of the solid that elements lose, in words, and the elements if it is little."""
+    """Share of the solid that elements lose, in words, and the elements if it is little.
+
+    Elements that hold what a surface encloses are right; where they do not, its triangles may
+    overlap, and the volume of the field is counted.
+    """
     try:
         with stepping(f"finite cells of {spacing:.3g} mm"):
             elements, space = divide(problem, spacing)
     except DisconnectedError as error:
         return error.share, str(error), None
+    held, kept = solid_volume(elements), 1.0 - elements.dropped_share
+    if enclosed is not None and abs(held / (enclosed * kept) - 1.0) <= VOLUME_TOLERANCE:
+        return 0.0, "", (elements, space)
     report_step("volume of the solid")
-    held, volume = solid_volume(elements), _sampled_volume(problem)
-    off = held / (volume * (1.0 - elements.dropped_share)) - 1.0
+    volume = _sampled_volume(problem)
+    off = held / (volume * kept) - 1.0
     if abs(off) <= VOLUME_TOLERANCE:
         return 0.0, "", (elements, space)
     why = (

@@ -41,6 +41,8 @@ class PrintedSolid:
     field : callable, optional
         Solid to analyse instead of the design's own lattice, such as the printed surface read
         back: points ``(3, ...)`` mm to ``(...)``, negative inside. Finite cells take it.
+    volume : float, optional, mm^3
+        That the surface of that solid encloses.
     grading : callable, optional
         How much larger elements may be than at the thinnest wall: points ``(3, ...)`` mm to ratios
         ``(...)``. Finite cells take it.
@@ -61,6 +63,7 @@ class PrintedSolid:
     solver: LinearSolver = MULTIGRID
     mesher: Mesher = PYTETWILD
     field: Field | None = None
+    volume: float | None = None
     grading: Field | None = None
     goals: Mapping[Hashable, DisplacementGoal] = dataclass_field(default_factory=dict)
     modes: Mapping[Hashable, ModeGoal] = dataclass_field(default_factory=dict)
