@@ -43,7 +43,10 @@ _BODIES: dict[str, dict[str, Any]] = {
     "lattice and solid": {"method": "lightest", "phases": PHASES[:2]},
     _VOID_BODY: {"method": "lightest", "phases": PHASES[1:]},
 }
-_NOTES = {_VOID_BODY: "by stiffness alone, before it is cut into members that print"}
+_NOTES = {
+    "lattice and solid": "before it is cut into members that print",
+    _VOID_BODY: "by stiffness alone, before it is cut into members that print",
+}
 #: Keys by which a case asks for them.
 _KEYS = {
     "uniform lattice": 'grading = "uniform"',
@@ -128,9 +131,7 @@ def price_of_lattice(
             lattice = with_member_size(lattice, case.part, case.print, case.where)
             case_of_it = case.model_copy(update={"lattice": lattice})
             other = replace(other, plan=replace(plan, case=case_of_it))
-            settings = SizingPlan(
-                most_iterations=SIZING_ITERATIONS, target=1.0, bodies=name != _VOID_BODY
-            )
+            settings = SizingPlan(most_iterations=SIZING_ITERATIONS, target=1.0, bodies=False)
             sized = size_design(other, Correction(), {}, design_filter(other), settings)
         except GradeDesignError as error:
             bodies.append(_none(name, str(error), asked=asked))

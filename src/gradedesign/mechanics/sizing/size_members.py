@@ -37,6 +37,8 @@ STAGES = (
     *((0.0, 0.0, 8), (3.0, 2.0, 6), (3.0, 4.0, 6), (3.0, 8.0, 6)),
     *((3.0, 16.0, 8), (3.0, 32.0, 8), (3.0, 64.0, 8)),
 )
+#: Stages without bodies: their shares weigh less than bodies do, 166 instead of 178 g in `bracket`.
+_ROUGH = STAGES[:4]
 #: Share of solid that a first design begins with, and where cells carry next to nothing, so that it
 #: must not begin far beyond its limits. Chosen, not measured.
 _BEGINNING, _BEGINNING_ALONE = 0.05, 0.3
@@ -77,7 +79,8 @@ def size_members(
     sized : callable
         ``sized(problem, start, most iterations)``.
     bodied : callable or None
-        The homogenised part with the bodies of a field of members; None: shares are the result.
+        The homogenised part with the bodies of a field of members; None: rough shares are the
+        result.
     on_step : callable, optional
         Receives the analyses of bodies; those of ``sized`` it receives there.
 
@@ -101,7 +104,8 @@ def size_members(
                 np.full(members.filter.shape[1], LEAST_MEMBER + beginning),
             ]
         )
-    for price, sharpness, most in STAGES if start is None else STAGES[-1:]:
+    stages = _ROUGH if bodied is None else STAGES if start is None else STAGES[-1:]
+    for price, sharpness, most in stages:
         members = replace(members, price=price, sharpness=sharpness)
         result = sized(replace(problem, members=members), x, most)
         x = result.variables
