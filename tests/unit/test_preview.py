@@ -14,6 +14,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import trimesh
+from small_parts import SHORT_BAR
 
 from gradedesign.errors import CaseError
 from gradedesign.geometry.part.box import box_surface
@@ -256,6 +257,32 @@ def test_a_mistake_is_told_with_its_line_and_what_can_be_shown(
         assert {each["name"] for each in data["regions"]} == regions
     if "13 mm" in new:
         assert [12.0, 23.0, 80.0] in data["places"]  # the hole that it may have meant
+
+
+def test_without_cells_what_is_not_solid_is_open(cli, tmp_path):
+    (tmp_path / "case.toml").write_text(
+        SHORT_BAR
+        + """
+[[load_case]]
+name = "shear"
+fix = [{region = "root"}]
+load = [{region = "tip", force = ["0 N", "0 N", "-100 N"]}]
+[limits]
+displacement = [{region = "tip", magnitude = "0.05 mm"}]
+[lattice]
+phases = ["solid", "void"]
+least_member = "6 mm"
+"""
+    )
+    ended = cli("preview", tmp_path, "-o", tmp_path / "page.html")
+    assert "mistake" not in ended.out
+    data = page_data(tmp_path / "page.html")
+    assert [view["title"] for view in data["views"]] == ["Part and loads", "Phases"]
+    legend = [each["text"] for each in data["volumes"]["cells"]["legend"]]
+    assert legend == ["solid or void", "passive solid"]
+    facts = dict(data["cases"][0]["facts"])
+    # 100 N at 16 mm; no rounding noise about the other axes.
+    assert facts["moment"].startswith("(0, 1600, 0) N mm about the held regions' centre, (0, 4, 4)")
 
 
 def test_texts_of_a_case_cannot_leave_their_place():

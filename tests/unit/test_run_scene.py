@@ -86,7 +86,8 @@ def test_a_surface_of_few_triangles_is_drawn_whole(box):
 
 
 def test_of_many_triangles_few_are_drawn_within_a_stated_distance(box, monkeypatch):
-    monkeypatch.setattr(run_scene_module, "_MOST", 3000)
+    for name in ("_MOST", "_MOST_WITH_FIELDS"):
+        monkeypatch.setattr(run_scene_module, name, 3000)
     surface = sphere(6)  # 81,920
     peak = 4321
     data = run_scene(
@@ -119,7 +120,8 @@ def test_of_many_triangles_few_are_drawn_within_a_stated_distance(box, monkeypat
 
 
 def test_a_surface_that_is_not_manifold_is_drawn_all_the_same(box, monkeypatch):
-    monkeypatch.setattr(run_scene_module, "_MOST", 3000)
+    for name in ("_MOST", "_MOST_WITH_FIELDS"):
+        monkeypatch.setattr(run_scene_module, name, 3000)
     whole = sphere(5)
     open_one = SurfaceMesh(vertices=whole.vertices, faces=whole.faces[:-500])
     data = run_scene(RunShown(case=box, printed=open_one, analysed={}), "ball")

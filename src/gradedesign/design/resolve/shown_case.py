@@ -50,7 +50,7 @@ class CaseShown:
     cell_map : callable or None
         Points ``(3, n)`` mm to cell coordinates; None where they follow from a run.
     cells : str
-        The cells in words.
+        The cells in words; empty where there are none, but solid and void.
     mistake : GradeDesignError or None
         Why the case cannot run.
     """
@@ -69,7 +69,8 @@ class CaseShown:
 def shown_plan(plan: Plan, cell_map: Field | None = None) -> CaseShown:
     """A resolved case as it is shown, with the map of its cells where a design has placed them."""
     case = plan.case
-    if cell_map is None and not case.lattice.graded_size and case.lattice.orientation is None:
+    spec = case.lattice
+    if cell_map is None and not spec.graded_size and spec.orientation is None:
         cell_map = plan.layout.cell_map
     return CaseShown(
         part=plan.part,
@@ -78,8 +79,8 @@ def shown_plan(plan: Plan, cell_map: Field | None = None) -> CaseShown:
         material=plan.material,
         domain=plan.domain,
         support_zones=plan.support_zones,
-        cell_map=cell_map,
-        cells=f"{case.lattice.cell}, {case.lattice.size_words}",
+        cell_map=cell_map if spec.cells else None,
+        cells=f"{spec.cell}, {spec.size_words}" if spec.cells else "",
     )
 
 

@@ -53,13 +53,12 @@ def case_scene(shown: CaseShown, title: str, volume: Volume | None = None) -> di
     volumes: dict[str, Any] = {}
     if shown.domain is not None:
         volume = volume_of(shown.domain) if volume is None else volume
-        volumes["cells"] = cells_data(volume, shown.domain, shown.cell_map)
-        tones = "neighbouring cells in two tones"
-        unknown = "their sizes follow the design, which a run finds"
-        note = f"{shown.cells}; {tones if shown.cell_map else unknown}"
-        views.append(
-            {"id": "cells", "title": "Cells", "body": "part", "volume": "cells", "note": note}
-        )
+        volumes["cells"] = cells_data(volume, shown.domain, shown.cell_map, bool(shown.cells))
+        note = f"{shown.cells}; neighbouring cells in two tones"
+        if shown.cell_map is None:
+            note = f"{shown.cells}; their sizes follow the design, which a run finds"
+        view = {"id": "cells", "title": "Cells", "body": "part", "volume": "cells", "note": note}
+        views.append(view if shown.cells else {**view, "title": "Phases", "note": ""})
     return {**data, "views": views, "volumes": volumes}
 
 
@@ -110,7 +109,7 @@ def _marks_scene(
             {
                 "name": case["name"],
                 "colour": colours.get(case["name"], "#57606a"),
-                "facts": list(_case_facts(case)),
+                "facts": list(_case_facts(case, part.diagonal)),
                 "line": _line_of_action(part, case),
                 "actions": [_action_data(a) for a in drawn if a.action.load_case == case["name"]],
             }
@@ -164,8 +163,8 @@ def _action_data(drawn: DrawnAction) -> dict[str, Any]:
     }
 
 
-def _case_facts(case: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Supports and loads of a load case, and their resultant."""
+def _case_facts(case: Mapping[str, Any], size: float) -> Iterator[tuple[str, str]]:
+    """Supports and loads of a load case, and their resultant, on a part of a size, mm."""
     for support in case["supports"]:
         moved = support["displacement_mm"]
         held = "".join(axis for axis, value in zip("xyz", moved, strict=True) if value == 0)
@@ -180,17 +179,19 @@ def _case_facts(case: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     for load in case["loads"]:
         yield f"load {load['on']}", f"force {_vector(load['force_N'])} N"
     force, moment = case["force_N"], case["moment_N_mm"]
-    about = f"about the held regions' centre, {_vector(case['about_mm'])} mm"
+    arm = size * float(np.linalg.norm(force))
+    about = f"about the held regions' centre, {_vector(case['about_mm'], size)} mm"
     yield "resultant", f"{np.linalg.norm(force):.4g} N, {_vector(force)} N"
-    yield "moment", f"{_vector(moment)} N mm {about}"
+    yield "moment", f"{_vector(moment, arm)} N mm {about}"
     if case["temperature_change_K"]:
         yield "temperature", f"change of {case['temperature_change_K']:+g} K"
     if case["cancels"]:
         yield "sum", "the loads cancel: nothing is left to the supports"
 
 
-def _vector(values: Sequence[float]) -> str:
-    largest = max(map(abs, values), default=0.0)
+def _vector(values: Sequence[float], size: float = 0.0) -> str:
+    """Figures without what is rounding noise beside the largest of them, and beside a size."""
+    largest = max(size, *map(abs, values))
     return f"({', '.join(f'{0.0 if abs(v) < _NO_FORCE * largest else v:.4g}' for v in values)})"
 
 

@@ -25,8 +25,9 @@ from gradedesign.program.pictures.pictures import SHOWN_SHIFT, round_factor
 from gradedesign.program.pictures.scene import Layer, thinned
 from gradedesign.program.pictures.volume import scalar_data, volume_of
 
-#: Triangles of a body in a page, which software draws in two seconds. Chosen, not measured.
-_MOST = 250_000
+#: Triangles of a body in a page, which software draws in two seconds, and of one that carries
+#: fields of every load case: with four of them a report stays below 10 MB. Chosen, not measured.
+_MOST, _MOST_WITH_FIELDS = 250_000, 150_000
 #: Vertices of a surface at which the distance to the one that is drawn is measured. Chosen, not
 #: measured.
 _MEASURED = 100_000
@@ -64,7 +65,7 @@ def run_scene(run: RunShown, title: str) -> dict[str, Any]:
     views: list[dict[str, Any]] = []
     if run.printed is not None:
         report_step("triangles of the scene")
-        surface, words = _drawn_surface(run.printed)
+        surface, words = _drawn_surface(run.printed, _MOST)
         data["printed"] = packed_mesh(surface)
         view = {"id": "printed", "title": "Printed body", "body": "printed", "note": words}
         views.append(view)
@@ -101,7 +102,7 @@ _DENSITY_VIEW = {
 def _analysed_data(fields: Mapping[str, SurfaceFields]) -> tuple[dict[str, Any], str]:
     """The analysed surface with the fields of every load case, and how it is drawn, in words."""
     first = next(iter(fields.values())).surface
-    surface, words = _drawn_surface(first)
+    surface, words = _drawn_surface(first, _MOST_WITH_FIELDS)
     # What is drawn stands on vertices of the whole: each of these belongs to its nearest one.
     _, nearest = cKDTree(surface.vertices).query(first.vertices)
     _, own = cKDTree(first.vertices).query(surface.vertices)
@@ -124,15 +125,15 @@ def _analysed_data(fields: Mapping[str, SurfaceFields]) -> tuple[dict[str, Any],
     return {**packed_mesh(surface), "cases": cases}, words
 
 
-def _drawn_surface(surface: SurfaceMesh) -> tuple[SurfaceMesh, str]:
+def _drawn_surface(surface: SurfaceMesh, most: int) -> tuple[SurfaceMesh, str]:
     """A surface of few enough triangles for a page, and how near it is to the whole, in words."""
     count = len(surface.faces)
-    if count <= _MOST:
+    if count <= most:
         return surface, f"drawn whole, {count} triangles"
     try:
-        fewer = fewer_triangles(surface, _MOST, subject="the scene")
+        fewer = fewer_triangles(surface, most, subject="the scene")
     except MeshError:  # not manifold: its vertices are gathered instead, and measured as well
-        layer = thinned(Layer(vertices=surface.vertices, faces=surface.faces), _MOST)
+        layer = thinned(Layer(vertices=surface.vertices, faces=surface.faces), most)
         fewer = SurfaceMesh(vertices=layer.vertices, faces=layer.faces)
     sample = surface.vertices[:: len(surface.vertices) // _MEASURED + 1]
     away = closest_triangles(build_triangle_tree(corner_points(fewer)), sample.T)[0]

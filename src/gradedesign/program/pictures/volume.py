@@ -28,6 +28,8 @@ _CELLS = (
 #: Phases of a part, and colours of those that are no lattice.
 _PHASES = dict(enumerate(zip(PHASES, ("", "#8d6e63", COLOURS["passive"], "#37474f"), strict=True)))
 
+_MEMBERS = PHASES.index("solid members")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Volume:
@@ -60,17 +62,22 @@ def volume_of(domain: DesignDomain) -> Volume:
     return Volume(lower=domain.lower, step=step, inside=inside, points=points[:, inside])
 
 
-def cells_data(volume: Volume, domain: DesignDomain, cell_map: Field | None) -> dict[str, Any]:
+def cells_data(
+    volume: Volume, domain: DesignDomain, cell_map: Field | None, has_cells: bool
+) -> dict[str, Any]:
     """Cells, their zones, and what stays solid.
 
     Parameters
     ----------
     cell_map : callable, optional
         Points ``(3, n)`` mm to cell coordinates of period 1; None where they are not known yet.
+    has_cells : bool
+        Whether cells are a phase; else what is not solid is void, or either before a run.
     """
     points = volume.points
     phase = phase_at(domain, points)
-    zones = next((("lattice", *each.names[1:]) for each in domain.of(Zones)), ("lattice",))
+    rest = "lattice" if has_cells else "void" if (phase == _MEMBERS).any() else "solid or void"
+    zones = next(((rest, *each.names[1:]) for each in domain.of(Zones)), (rest,))
     zone = np.zeros(points.shape[1], dtype=np.int64)
     for each in domain.of(Zones):
         zone = np.argmax(each.weights(points), axis=0)

@@ -236,9 +236,9 @@ class View {
     this.scene = new T.Scene();
     this.camera = new T.OrthographicCamera();
     this.camera.up.set(0, 0, 1);
-    const sky = new T.HemisphereLight("#ffffff", "#98a1ac", 2.2);
+    const sky = this.sky = new T.HemisphereLight("#ffffff", "#98a1ac", 2.2);
     sky.position.set(0, 0, 1);
-    const sun = new T.DirectionalLight("#ffffff", 1.2);
+    const sun = this.sun = new T.DirectionalLight("#ffffff", 1.2);
     sun.position.set(0.9, 1, 0.5);
     this.scene.add(sky);
     this.camera.add(sun, sun.target); // it turns with the eye
@@ -390,6 +390,8 @@ class View {
     for (const [name, other] of Object.entries(this.bodies)) other.group.visible = name === view.body;
     const isCase = view.id === "case";
     body.mesh.material.dispose();
+    // Colours that stand for values are to be read: little shade.
+    [this.sky.intensity, this.sun.intensity] = view.field || view.volume ? [2.9, 0.6] : [2.2, 1.2];
     const through = state.through && isCase;
     const look = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, transparent: through, opacity: through ? 0.3 : 1, depthWrite: !through, clippingPlanes: state.axis ? this.cutAway : [] };
     const capLook = {
@@ -599,7 +601,8 @@ class View {
       const label = this.labels.children[k] ?? this.labels.appendChild(element("span"));
       label.textContent = text;
       label.style.setProperty("--colour", colour);
-      label.className = colour === "#b42318" ? "mistake" : "";
+      const behind = this.#hidden(at);
+      label.className = `${colour === "#b42318" ? "mistake" : ""}${behind ? " behind" : ""}`;
       const point = new T.Vector3(...at).project(this.camera);
       const x = ((point.x + 1) / 2) * this.width, width = 7.2 * text.length + 16;
       let y = ((1 - point.y) / 2) * this.height - 12;
@@ -608,6 +611,18 @@ class View {
       taken.push([x, y, width]);
       label.style.transform = `translate(${Math.min(Math.max(x, 4), this.width - width - 4)}px, ${Math.min(Math.max(y, 4), this.height - 26)}px)`;
     });
+  }
+
+  /** Whether the part hides a place on it. */
+  #hidden(at) {
+    const { part } = this.bodies;
+    if (!part || this.state.through || part.labels.length > MOST_HOVERED) return false;
+    const place = new T.Vector3(...at), away = this.camera.getWorldDirection(new T.Vector3());
+    const ray = (this.ray ??= new T.Raycaster());
+    ray.set(place.clone().addScaledVector(away, -2 * this.diagonal), away);
+    const first = ray.intersectObject(part.mesh, false)
+      .find((each) => !this.state.axis || this.plane.distanceToPoint(each.point) >= 0);
+    return !!first && first.distance < (2 - 0.005) * this.diagonal;
   }
 
   // -- asking --
