@@ -27,6 +27,7 @@ SLOW = {
     "hollow-sphere",
     "knot",
     "mbb-beam",
+    "mini-open",
     "ramirez-cantilever",
     "ramirez-primitive",
     "ramirez-whole",
