@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from xml.etree import ElementTree
 
 import pytest
 
@@ -49,6 +50,23 @@ def suite(tmp_path, monkeypatch):
     results = {"one": dict(DATA), "two": dict(DATA)}
     monkeypatch.setattr(module, "run_data", lambda folder, *_, **__: results[folder.name])
     return tmp_path, results
+
+
+def test_continuous_integration_reads_what_deviates(cli, suite, tmp_path):
+    folder, results = suite
+    results["two"]["mass_g"] = 11.0
+    file = tmp_path / "suite.xml"
+    assert cli("validate", folder, "--junit", file).code == 1
+    one, two = ElementTree.parse(file).getroot()
+    assert [(s.get("name"), s.get("tests"), s.get("failures")) for s in (one, two)] == [
+        ("one", "3", "0"),
+        ("two", "3", "1"),
+    ]
+    assert float(two.get("time")) >= 0.0
+    (failed,) = [test for test in two if len(test)]
+    assert failed.get("name") == "mass_g"
+    assert failed[0].get("message") == "found 11, expected 10 (9.9 to 10.1)"
+    assert failed[0].text == "value = 9 in [an older] commit"
 
 
 def test_everything_as_expected(cli, suite):

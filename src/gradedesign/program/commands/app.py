@@ -303,6 +303,9 @@ def validate(
     update: Annotated[
         bool, typer.Option("--update", help="Write new values of runs to expected.toml.")
     ] = False,
+    junit: Annotated[
+        Path | None, typer.Option("--junit", help="Write the comparisons as JUnit XML too.")
+    ] = None,
     strict_plugins: Strict = False,
     as_json: Json = False,
 ) -> None:
@@ -310,7 +313,14 @@ def validate(
     from gradedesign.program.commands.validate import validate as command
 
     raise typer.Exit(
-        command(folders, keyword, update=update, strict_plugins=strict_plugins, as_json=as_json)
+        command(
+            folders,
+            keyword,
+            update=update,
+            strict_plugins=strict_plugins,
+            as_json=as_json,
+            junit=junit,
+        )
     )
 
 

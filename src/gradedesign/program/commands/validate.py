@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+import time
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,8 @@ from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.verdict.result import as_json as result_data
 from gradedesign.errors import CaseError, GradeDesignError
 from gradedesign.pipeline import run as run_case
+from gradedesign.program.commands.comparison import Comparison, short
+from gradedesign.program.commands.junit import write_junit
 from gradedesign.program.commands.layout import say
 from gradedesign.program.commands.plugins import registry_for
 from gradedesign.program.commands.progress_lines import ProgressLines
@@ -31,23 +33,6 @@ _HEADER = re.compile(r'\s*\[(?:"([^"]+)"|([^"\]]+))\]')
 _VALUE = re.compile(r'(\s*value\s*=\s*)("[^"]*"|[^#\s]+)([^\n]*)')
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison:
-    """An expected quantity of a case and the value of this run.
-
-    ``from_run``: the expected value is one that this program gave before, no reference.
-    """
-
-    case: str
-    quantity: str
-    value: Any
-    expected: Any
-    tolerance: str
-    origin: str
-    from_run: bool
-    passed: bool
-
-
 def validate(
     folders: Sequence[Path] | None,
     keyword: str,
@@ -55,22 +40,30 @@ def validate(
     update: bool,
     strict_plugins: bool,
     as_json: bool,
+    junit: Path | None = None,
 ) -> int:
-    """Run every chosen case and print the table; 1 if anything deviates."""
+    """Run every chosen case and print the table; 1 if anything deviates.
+
+    ``junit`` is a file that gets the comparisons too.
+    """
     chosen = _case_folders(folders or [Path("cases")], keyword)
     registry = registry_for(strict_plugins=strict_plugins)
     comparisons: list[Comparison] = []
+    seconds: dict[str, float] = {}
     with ProgressLines("validate", err=True, events=False) as progress:
         for folder in counted(chosen, "case", len(chosen)):
-            expected = read_expected(folder / "expected.toml")
+            expected, began = read_expected(folder / "expected.toml"), time.perf_counter()
             data = run_data(folder, registry, progress, price=any(map(_of_bodies, expected)))
             name = folder.resolve().name
+            seconds[name] = time.perf_counter() - began
             compared = [compare(name, key, spec, data) for key, spec in expected.items()]
             comparisons += compared
             if not as_json:
                 print_text(f"{folder}: {data['status']}; {data['reason']}", hang=2)
             if update and data["status"] != "failed":
                 _update_expected(folder / "expected.toml", compared, quiet=as_json)
+    if junit is not None:
+        write_junit(junit, comparisons, seconds)
     if as_json:
         print_json([{k: getattr(c, k) for k in Comparison.__slots__} for c in comparisons])
     else:
@@ -81,8 +74,8 @@ def validate(
                 (
                     c.case,
                     c.quantity,
-                    _short(c.value),
-                    _short(c.expected),
+                    short(c.value),
+                    short(c.expected),
                     c.tolerance,
                     "ok" if c.passed else "DEVIATES",
                     c.origin,
@@ -248,7 +241,7 @@ def _update_expected(path: Path, comparisons: Sequence[Comparison], *, quiet: bo
     for c in new:
         if not (c.from_run or quiet):
             say(
-                f"{path}: {c.quantity} stays {_as_toml(c.expected)}, found {_short(c.value)}: no "
+                f"{path}: {c.quantity} stays {_as_toml(c.expected)}, found {short(c.value)}: no "
                 f"from_run = true, its origin is {json.dumps(c.origin)}"
             )
     lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
@@ -272,7 +265,3 @@ def _as_toml(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
     return json.dumps(value)
-
-
-def _short(value: Any) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
