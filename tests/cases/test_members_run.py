@@ -82,6 +82,24 @@ def test_members_without_cells_are_the_whole_body(tmp_path, cli, monkeypatch):
     assert volume * 4.41e-3 == pytest.approx(result["mass_g"], rel=0.02)
 
 
+@pytest.mark.parametrize(
+    ("limits", "told"),
+    [
+        ("", 0),
+        ("safety_factor = 2\n", 1),
+        ("safety_factor = 2\npart_buckling = [{least = 2}]\n", 0),
+    ],
+)
+def test_members_without_cells_may_buckle(tmp_path, cli, limits, told):
+    """Nothing says whether they do, beside a limit of stress, unless the case asks for it."""
+    text = without_cells(CASE).replace("[limits]\n", f"[limits]\n{limits}").replace("RUN", "")
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    ended = cli("check", tmp_path, "--no-picture", "--json")
+    assert ended.code == 0, ended.err
+    warnings = json.loads(ended.out)["warnings"]
+    assert len([w for w in warnings if "slender members buckle" in w]) == told
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_members_are_accepted_and_their_stress_is_a_row_of_its_own(tmp_path, cli):

@@ -55,6 +55,7 @@ from gradedesign.mechanics.limits.kinds import stated_limits
 from gradedesign.mechanics.limits.limit import StatedLimit
 from gradedesign.mechanics.limits.limits_schema import LimitsSpec
 from gradedesign.mechanics.limits.local_stress import allowed_stress
+from gradedesign.mechanics.limits.part_buckling import KIND as PART_BUCKLING_KIND
 from gradedesign.mechanics.material.material import Material
 
 
@@ -216,6 +217,7 @@ def _without_zones(case: Case, registry: Registry) -> Plan:
             *_shape_warnings(case, part, domain, layout),
             *balance_warnings(balances),
             *yielding_loads(case.load_case, part, balances, material, case.where),
+            *_slender_members(case.lattice, case.limits, allowed_stress(case.limits, material)),
             *open_load_warnings(case.load_case, part, domain, layout.typical),
         ),
         narrowed=tuple(narrowed),
@@ -276,6 +278,16 @@ def _buckling_of_cells(lattice: LatticeSpec, limits: LimitsSpec, where: Where) -
             f"{json.dumps(lattice.phases)} leave out; leave it out too"
         )
     return limits.model_copy(update={"buckling": "off"})
+
+
+def _slender_members(lattice: LatticeSpec, limits: LimitsSpec, strength: float | None) -> list[str]:
+    """A warning where strength is limited but nothing judges whether members buckle."""
+    if lattice.cells or strength is None or getattr(limits, PART_BUCKLING_KIND.name, ()):
+        return []
+    return [
+        f"stress is limited, but no limit says whether slender members buckle; [limits] "
+        f"{PART_BUCKLING_KIND.name} = [{{least = 2.0}}] judges it"
+    ]
 
 
 def stated_zones(plan: Plan) -> tuple[ResolvedZone, ...]:
