@@ -27,6 +27,7 @@ from gradedesign.mechanics.material.constant_density import (
     density_for_strength,
 )
 from gradedesign.mechanics.sizing.homogenised import total_mass
+from gradedesign.mechanics.sizing.homogenised_model import built_density
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,7 +125,7 @@ def first_answer(model: DesignModel) -> FirstAnswer:
     return replace(
         answer,
         sized_mass_g=total_mass(part, sized.rho) * 1e6,
-        sized_density=float(weights @ sized.rho / weights.sum()),
+        sized_density=float(weights @ built_density(part, sized.rho) / weights.sum()),
         sized_utilisation=sized.history[-1].utilisation,
         bodies=price_of_lattice(model),
     )

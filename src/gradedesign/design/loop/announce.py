@@ -122,11 +122,14 @@ class Announcer:
     def sizing_step(self, step: SizingStep) -> None:
         """Report one sizing iteration."""
         lattice = step.mass_g - step.members_g
-        members = f" and solid members {step.members_g:.4g} g" if step.members_g else ""
+        members = f"solid members {step.members_g:.4g} g" if step.members_g else ""
+        cells = members
+        if step.mean_density:
+            cells = f"lattice {lattice:.4g} g" + (f" and {members}" if members else "")
+            cells += f", density {step.mean_density:.4f}"
         self.say(
             "sizing",
-            f"iteration {step.iteration + 1}: lattice {lattice:.4g} g{members}, density "
-            f"{step.mean_density:.4f}, utilisation {step.utilisation:.1%}, "
+            f"iteration {step.iteration + 1}: {cells}, utilisation {step.utilisation:.1%}, "
             f"change {step.change:.2%}",
             mass_g=step.mass_g,
             utilisation=step.utilisation,

@@ -35,6 +35,7 @@ from gradedesign.mechanics.limits.limit import Limit
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.mechanics.limits.verdict import Factors, expected_factors
 from gradedesign.mechanics.sizing.filter import DensityFilter
+from gradedesign.mechanics.sizing.homogenised_model import built_density
 from gradedesign.mechanics.sizing.members import MemberField
 from gradedesign.mechanics.sizing.size import SizingResult, SizingStep
 
@@ -122,7 +123,7 @@ def run_iteration(
     summary = replace(
         compared(limits, correction, sized, told, analysed, lesson),
         number=len(previous) + 1,
-        mean_density=float(weights @ sized.rho / weights.sum()),
+        mean_density=float(weights @ built_density(part, sized.rho) / weights.sum()),
         seconds=time.perf_counter() - began,
         timing_s={name: round(value, 3) for name, value in timing.items()},
     )

@@ -14,7 +14,7 @@ from gradedesign.design.verdict.shown import Shown
 from gradedesign.geometry.formats.field_set import FieldSet
 from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.stress import von_mises
-from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel, built_density
 from gradedesign.mechanics.sizing.members import MemberField
 
 
@@ -79,7 +79,7 @@ def _density(
 ) -> FieldSet:
     mesh = part.space.mesh
     data = {
-        "relative_density [-]": rho,
+        "relative_density [-]": built_density(part, rho),
         "solid_volume_fraction [-]": part.solid_fraction,
     }
     return FieldSet(

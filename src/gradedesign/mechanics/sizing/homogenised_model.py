@@ -23,7 +23,7 @@ from gradedesign.mechanics.fe.stiffness import PAIRS, mean_of
 from gradedesign.mechanics.material.law_field import LawField
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.material.scaling_law import ScalingLaw
-from gradedesign.mechanics.material.void_law import VOID_DENSITY
+from gradedesign.mechanics.material.void_law import VOID_DENSITY, VOID_LAW
 from gradedesign.mechanics.sizing.effective_density import EffectiveDensity
 from gradedesign.mechanics.sizing.wall_factors import WallFactors
 from gradedesign.mechanics.solver.linear_solver import LinearSolver
@@ -142,6 +142,12 @@ def homogenised_model(
         solver=solver,
         solid_moments=None if whole else solid_moments,
     )
+
+
+def built_density(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Densities as they are built, ``(M,)``: none where void stands for lattice."""
+    void = all(law is VOID_LAW for law in model.law.laws)
+    return np.zeros_like(rho) if void else rho
 
 
 def with_void(model: HomogenisedModel, bounds: tuple[float, float]) -> HomogenisedModel:

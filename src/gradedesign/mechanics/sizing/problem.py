@@ -13,7 +13,7 @@ from gradedesign.errors import DensityError
 from gradedesign.mechanics.limits.limit import Limit
 from gradedesign.mechanics.sizing.filter import DensityFilter, filtered
 from gradedesign.mechanics.sizing.homogenised import lattice_mass, total_mass
-from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel, built_density
 from gradedesign.mechanics.sizing.members import (
     LEAST_MEMBER,
     MemberField,
@@ -117,7 +117,7 @@ def sizing_step(
     return SizingStep(
         iteration=iteration,
         mass_g=designed_mass(problem.model, rho, share) * 1e6,
-        mean_density=float(weights @ rho / weights.sum()),
+        mean_density=float(weights @ built_density(problem.model, rho) / weights.sum()),
         utilisations=utilisations,
         change=change,
         members_g=0.0

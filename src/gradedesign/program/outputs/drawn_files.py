@@ -12,7 +12,7 @@ from gradedesign.geometry.tets.tet_mesh import TetMesh
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.mechanics.explicit.explicit import governing_load_case
 from gradedesign.mechanics.explicit.support_zones import evaluated_at
-from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel, built_density
 from gradedesign.program.pictures.marks import action_marks, loads_note, region_marks
 from gradedesign.program.pictures.pictures import (
     picture_deformed,
@@ -42,7 +42,7 @@ def loads_picture(
 
 def shown_density(part: HomogenisedModel, rho: FloatArray) -> FloatArray:
     """Densities of a design as they are shown ``(M,)``: 1 where the part is solid."""
-    shown = np.where(part.solid_fraction >= 1.0, 1.0, rho)
+    shown = np.where(part.solid_fraction >= 1.0, 1.0, built_density(part, rho))
     if part.member_fraction is not None:
         shown += part.member_fraction * (1.0 - shown)
     return np.asarray(shown)
