@@ -282,7 +282,7 @@ def _buckling_of_cells(lattice: LatticeSpec, limits: LimitsSpec, where: Where) -
 
 def _slender_members(lattice: LatticeSpec, limits: LimitsSpec, strength: float | None) -> list[str]:
     """A warning where strength is limited but nothing judges whether members buckle."""
-    if lattice.cells or strength is None or getattr(limits, PART_BUCKLING_KIND.name, ()):
+    if lattice.cells or strength is None or getattr(limits, PART_BUCKLING_KIND.name, False):
         return []
     return [
         f"stress is limited, but no limit says whether slender members buckle; [limits] "
