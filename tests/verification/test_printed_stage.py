@@ -16,6 +16,7 @@ from gradedesign.design.loop.bodies import judge_bodies, variant_spreads, with_o
 from gradedesign.design.loop.printed_stage import printed_stage
 from gradedesign.design.printing.as_built_body import StatedProcess, as_built_body
 from gradedesign.design.printing.process import Process
+from gradedesign.errors import LatticeError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.domain import DesignDomain
@@ -159,6 +160,18 @@ def test_the_as_built_body_is_judged_beside_the_designed_one(judged):
     assert row.decisive == (row.nominal if judged == "nominal" else row.as_built)
     assert ("as-built surface" in row.judged_by) == (judged != "nominal")
     assert row.bodies_words.startswith(f"nominal {row.nominal:.4g}, as built {row.as_built:.4g}")
+
+
+def test_a_body_whose_walls_vanish_as_built_has_no_values():
+    """The duct grows by 0.5 mm on every side: more is taken away than there is."""
+    process = Process(name="p", offset=((0.0, -0.5),))
+    bodies = judged_bodies(StatedProcess(process=process, judged="nominal"), 2.0)
+    (row,) = with_other_body(bodies, bodies.whole.rows)
+    assert row.as_built is None
+    assert row.decisive == pytest.approx(tip(*DUCT, 200e3), rel=0.04)
+    assert bodies.unknown.startswith("as built: ")
+    with pytest.raises(LatticeError, match=r"as built: .*encloses -2.08 mm\^3"):
+        judged_bodies(StatedProcess(process=process, judged="both"), 2.0)
 
 
 def test_random_bodies_spread_a_limit_by_the_scatter_of_their_width():

@@ -201,7 +201,7 @@ def _accepted(
         factors=learned_factors(iteration.rows, rows),
         fitted=frozenset(row.key for row in fitted),
         holds=all_hold(rows) and not without_band(rows),
-        unjudged=unjudged_words(rows, whole.refused, acceptance.refused),
+        unjudged=unjudged_words(rows, (*whole.refused, *bodies.refused), acceptance.refused),
         postponed=postponed,
     )
 

@@ -14,6 +14,7 @@ from gradedesign.design.acceptance.whole_resolution import RATIO
 from gradedesign.design.acceptance.whole_solid import WholeJudgement, WholeStage, judge_whole
 from gradedesign.design.loop.announce import Announcer
 from gradedesign.design.printing.as_built_body import AsBuiltBody
+from gradedesign.errors import LatticeError, MeshError
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.mechanics.explicit.explicit import ExplicitResult
 from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
@@ -46,6 +47,10 @@ class Bodies:
     whole : WholeJudgement
     beside : tuple of LimitRow
         Of the other body; empty without a process of which a body is known.
+    refused : tuple of str
+        Resolutions of the other body that could not be analysed, and why.
+    unknown : str
+        Why the as-built body could not be judged where the designed one alone decides; else empty.
     volumes_mm3 : mapping of body to float
         Solid of the elements.
     seconds : mapping of body to float
@@ -62,6 +67,8 @@ class Bodies:
     solid: PrintedSolid
     whole: WholeJudgement
     beside: tuple[LimitRow, ...] = ()
+    refused: tuple[str, ...] = ()
+    unknown: str = ""
     volumes_mm3: Mapping[str, float] = field(default_factory=dict)
     seconds: Mapping[str, float] = field(default_factory=dict)
     built: AsBuiltBody | None = None
@@ -95,6 +102,11 @@ def judge_bodies(
         Analyses of a surface with its loads, supports and material.
     built : AsBuiltBody or None
         Of the surface.
+
+    Raises
+    ------
+    LatticeError
+        If no resolution holds a body that decides, such as one whose walls vanish as built.
     """
     if built is None:
         whole = judge_whole(limits, staged(surface, solid))
@@ -104,16 +116,22 @@ def judge_bodies(
     judged = built.stated.judged
     order = (AS_BUILT, NOMINAL) if judged == "as_built" else (NOMINAL, AS_BUILT)
     found, seconds, volumes = dict[str, WholeJudgement](), {}, {}
-    spacing = 0.0
+    spacing, unknown = 0.0, ""
     for body, ratio in zip(order, (1.0, RATIO), strict=True):
         began = time.perf_counter()
-        stage = staged(*bodies[body])
-        stage = replace(stage, spacing=ratio * stage.spacing)
-        if body == AS_BUILT:
-            stage = replace(stage, judged_by=_AS_BUILT_JUDGE)
-        spacing = max(spacing, stage.spacing)
-        with stepping(f"{body} body"):
-            found[body] = judge_whole(limits, stage)
+        try:
+            stage = staged(*bodies[body])
+            stage = replace(stage, spacing=ratio * stage.spacing)
+            if body == AS_BUILT:
+                stage = replace(stage, judged_by=_AS_BUILT_JUDGE)
+            spacing = max(spacing, stage.spacing)
+            with stepping(f"{body} body"):
+                found[body] = judge_whole(limits, stage)
+        except (LatticeError, MeshError) as error:
+            unknown = f"{body}: {error}"
+            if judged != NOMINAL or body == NOMINAL:
+                raise LatticeError(unknown) from error
+            continue
         seconds[body] = time.perf_counter() - began
         volumes[body] = found[body].result.volume
         announce.took(f"{body} surface", seconds[body])
@@ -122,7 +140,9 @@ def judge_bodies(
         surface=bodies[order[0]][0],
         solid=bodies[order[0]][1],
         whole=found[order[0]],
-        beside=found[order[1]].rows,
+        beside=found[order[1]].rows if order[1] in found else (),
+        refused=found[order[1]].refused if order[1] in found else (),
+        unknown=unknown,
         volumes_mm3=volumes,
         seconds=seconds,
         built=built,
@@ -192,7 +212,7 @@ def variant_spreads(limits: Sequence[Limit], bodies: Bodies) -> tuple[Spread, ..
     resolution, times the decisive value of the latter: what small elements would change cancels.
     """
     built, analyse = bodies.built, bodies.analyse_built
-    if built is None or analyse is None or not built.stated.variants:
+    if built is None or analyse is None or not built.stated.variants or bodies.unknown:
         return ()
     rows = {row.key: row for row in bodies.rows_as_built}
 

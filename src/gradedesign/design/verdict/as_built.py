@@ -50,6 +50,7 @@ def _measures(
     if judged is not None and accepted is not None:
         data |= {
             "judged": judged.judged,
+            "unknown": judged.unknown,
             "limits": [
                 {
                     "limit": row.name,
@@ -78,6 +79,8 @@ def _warnings(
     words = [told for told in after if told not in before]
     if process.process.has_body and "judged" not in data:
         words.append("no design was accepted or refused, so that nothing was analysed as built")
+    if data.get("unknown"):
+        words.append(f"nothing is known of the body that is printed, {data['unknown']}")
     held = data.get("elements_mm3", {}).get("as built")
     if held:
         off = data["as_built_mm3"] / held - 1.0
