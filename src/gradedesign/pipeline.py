@@ -345,7 +345,8 @@ def shown_design(
         announce.limits("explicit", rows)
     with announce.stage("printed"):
         shown = shown_of(model.plan, design, analysed, surface, rows, remeshed, built)
-    if accepted is None:
+    process = model.plan.process
+    if accepted is None or process is None or not process.variants:
         return shown
     with announce.stage("as-built variants"):
         return replace(shown, spreads=variant_spreads(model.limits, accepted.bodies))

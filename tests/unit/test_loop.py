@@ -18,6 +18,7 @@ from gradedesign.design.loop import accepted as accepting
 from gradedesign.design.loop import accepted_rows, iteration_steps
 from gradedesign.design.loop import ended as ending
 from gradedesign.design.loop.announce import Announcer
+from gradedesign.design.loop.bodies import Bodies
 from gradedesign.design.loop.ended import TIGHT_END, Ended, NoTimeError, stuck
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.iteration_row import Iteration
@@ -623,6 +624,7 @@ class Judge:
         )
         self.analysed = SimpleNamespace(
             solid=None,
+            layout=SimpleNamespace(typical=1.0),
             result=SimpleNamespace(
                 solved=SimpleNamespace(division=SimpleNamespace(surface_size=1.0)),
                 mesh_size=1.0,
@@ -632,19 +634,27 @@ class Judge:
         )
         self.setup = SimpleNamespace(
             plan=SimpleNamespace(
+                process=None,
+                part=SimpleNamespace(surface=None),
                 case=SimpleNamespace(
                     run=SimpleNamespace(acceptance=asked, time=1200.0, submodel_count=2)
-                )
+                ),
             ),
             limits=(a_stress_limit(),),
         )
         replaced = {
             "export_surface": lambda *_: (None, None, "0"),
             "printed_stage": lambda *_: None,
-            "judge_whole": lambda *_: SimpleNamespace(
-                rows=self.found,
-                result=SimpleNamespace(yields=None),
-                refused=("elements of 5 mm need 9 GB",),
+            "as_built_body": lambda *_: None,
+            "judge_bodies": lambda *_: Bodies(
+                judged="nominal",
+                surface=None,
+                solid=None,
+                whole=SimpleNamespace(
+                    rows=self.found,
+                    result=SimpleNamespace(yields=None),
+                    refused=("elements of 5 mm need 9 GB",),
+                ),
             ),
             "accept_whole": self.whole,
             "accept_submodels": self.submodels,

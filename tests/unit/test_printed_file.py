@@ -84,7 +84,7 @@ def shown(monkeypatch, out, accepted):
     monkeypatch.setattr(pipeline, "shown_of", lambda *given: given[3])
     case = SimpleNamespace(print=None, part=SimpleNamespace(file=None))
     part = SimpleNamespace(surface=BOX)
-    setup = SimpleNamespace(plan=SimpleNamespace(case=case, part=part))
+    setup = SimpleNamespace(plan=SimpleNamespace(case=case, part=part, process=None))
     return pipeline.shown_design(setup, out, Announcer(ignore), (), accepted)
 
 
@@ -92,7 +92,7 @@ def test_a_file_changed_while_it_is_judged_is_an_error(monkeypatch, exported, ou
     surface, _, digest = exported()
     accepted = SimpleNamespace(
         surface=surface, sha256=digest, analysed=None, iteration=SimpleNamespace(rho=None),
-        acceptance=SimpleNamespace(whole=None),
+        acceptance=SimpleNamespace(whole=None), bodies=SimpleNamespace(built=None),
     )  # fmt: skip
     assert shown(monkeypatch, out, accepted) is surface
     alter(out.path_of(STL_NAME))
@@ -108,7 +108,7 @@ def test_the_accepted_design_stays_though_a_later_one_was_written_and_refused(
     out.adopt(STL_NAME, write_stl(out.path_of(STL_NAME), box_surface((4.0, 2.0, 0.5))))
     accepted = SimpleNamespace(
         surface=surface, sha256=digest, analysed=None, iteration=SimpleNamespace(rho=None),
-        acceptance=SimpleNamespace(whole=None),
+        acceptance=SimpleNamespace(whole=None), bodies=SimpleNamespace(built=None),
     )  # fmt: skip
     assert shown(monkeypatch, out, accepted) is surface
     # The same triangles, perhaps in another order.
