@@ -10,8 +10,9 @@ from oracles.calculix import needs_ccx
 from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
 from gradedesign.mechanics.fe.elastic_system import prepare_elastic
 from gradedesign.mechanics.fe.loads import pressure_force, resultant_load
-from gradedesign.mechanics.fe.modes import natural_modes
+from gradedesign.mechanics.fe.modes import buckling_modes, natural_modes
 from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.stress import element_stress
 from gradedesign.mechanics.fe.supports import supports_on
 
 YOUNG, POISSON = 70e3, 0.33
@@ -45,14 +46,21 @@ def model_deck(space, fixed, density=None):
     return lines
 
 
+def load_lines(force):
+    """Nodal forces of a step, by line."""
+    # CalculiX reads at most 20 characters per number, and stops on very small ones.
+    return [
+        "*CLOAD",
+        *(
+            f"{node + 1},{c + 1},{force[c, node]:.10e}"
+            for c, node in np.argwhere(np.abs(force) > 1e-13 * np.abs(force).max())
+        ),
+    ]
+
+
 def input_deck(space, force, fixed):
     """Text of a CalculiX job."""
-    lines = [*model_deck(space, fixed), "*STEP", "*STATIC", "*CLOAD"]
-    # CalculiX reads at most 20 characters per number, and stops on very small ones.
-    lines += [
-        f"{node + 1},{c + 1},{force[c, node]:.10e}"
-        for c, node in np.argwhere(np.abs(force) > 1e-13 * np.abs(force).max())
-    ]
+    lines = [*model_deck(space, fixed), "*STEP", "*STATIC", *load_lines(force)]
     lines += ["*NODE PRINT,NSET=NALL", "U", "*END STEP"]
     lines.insert(1 + space.node_count, f"*NSET,NSET=NALL,GENERATE\n1,{space.node_count},1")
     return "\n".join(lines) + "\n"
@@ -108,3 +116,25 @@ def test_natural_frequencies_are_calculixs(tmp_path):
     # CalculiX takes the mass at four points; it is exact here. With four points the frequencies of
     # ARPACK on this stiffness are all its seven digits, 2e-5 above these at most.
     assert found.frequencies == pytest.approx([float(row[3]) for row in modes], rel=3e-5)
+
+
+@needs_ccx
+def test_load_factors_are_calculixs(tmp_path):
+    """A bent and twisted bar, pressed and bent at once; stress varies within its elements."""
+    mesh = bent_mesh()
+    space = tet_space(mesh)
+    tip = face(mesh, 0, 60.0)
+    force = resultant_load(space, tip, (-1e4, 500.0, -800.0), (0.0, 0.0, 0.0), (60.0, 0.0, 0.0))
+    held = supports_on(space, [(face(mesh, 0, 0.0), (0.0, 0.0, 0.0))])
+    deck = [*model_deck(space, held.fixed), "*STEP", "*BUCKLE", "5,1e-6", *load_lines(force)]
+    rows = calculix_output(tmp_path, "\n".join([*deck, "*END STEP"]) + "\n")
+    # Number of the mode and its factor; negative ones are of loads that act the other way.
+    factors = [float(row[1]) for row in rows if len(row) == 2 and row[0].isdigit()]
+    expected = sorted(factor for factor in factors if factor > 0.0)[:3]
+    stiffness = uniform(space, YOUNG, POISSON)
+    u = solve_one(space, stiffness, held, force, rtol=1e-10).displacement
+    system = prepare_elastic(space, stiffness)
+    found = buckling_modes(
+        system, held.fixed, element_stress(space, stiffness, u), 3, rtol=1e-5, name="test"
+    )
+    assert found.values == pytest.approx(expected, rel=1e-5)

@@ -29,6 +29,7 @@ from gradedesign.design.resolve.resolve import (
     case_process,
     planned_densities,
     require_below_yield,
+    require_expansion,
     stated_family,
 )
 from gradedesign.design.resolve.stated_directions import stated_directions
@@ -172,6 +173,7 @@ def _without_zones(case: Case, registry: Registry) -> Plan:
     material = case_material(case.material, registry, case.where)
     process = case_process(case.process, case.print, case.limits.judged, registry, case.where)
     yielding = require_below_yield(case.limits, material, case.where)
+    require_expansion(case.load_case, material, case.where)
     family, parameters = stated_family(
         registry, case.where, "lattice", case.lattice.cell, case.lattice.parameters
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from gradedesign.common.values.locate import Where, locating
 from gradedesign.design.case.material_checks import beyond_yield, beyond_yield_warning
@@ -19,6 +19,7 @@ from gradedesign.geometry.cell.shape import complete_parameters
 from gradedesign.geometry.cell.wall_size import density_for_wall
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.maps.size_law import densities_for_sizes
+from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
 from gradedesign.mechanics.limits.limits_schema import LimitsSpec
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.material.material_schema import MaterialSpec
@@ -143,6 +144,24 @@ def require_below_yield(limits: LimitsSpec, material: Material, where: Where) ->
         raise CaseError(f"{where('limits.stress')}: {words}")
     remark = beyond_yield_warning(limits, strength, name=material.name)
     return (remark,) if remark else ()
+
+
+def require_expansion(load_cases: Sequence[LoadCaseSpec], material: Material, where: Where) -> None:
+    """Refuse a temperature change of a material whose thermal expansion is nothing.
+
+    Raises
+    ------
+    CaseError
+        With file and line.
+    """
+    for i, load in enumerate(load_cases):
+        if load.temperature_change and not material.thermal_expansion:
+            raise CaseError(
+                f"{where(f'load_case[{i}].temperature_change')}: found "
+                f"{load.temperature_change:g} K, but {material.name} has no thermal expansion, so "
+                f"that nothing would happen; expected a material that has one, stated as "
+                f"thermal_expansion in [material] with the rest of it"
+            )
 
 
 def stated_family(
