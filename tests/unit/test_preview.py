@@ -180,6 +180,7 @@ def test_the_page_holds_the_case(bracket):
     assert pull["actions"][0]["text"] == "1300 N"  # 500 and 1200
     assert dict(pull["facts"])["support bolts"] == "held in x, y, z"
     assert [view["id"] for view in data["views"]] == ["case", "cells"]
+    assert data["views"][0]["note"] == "Arrows of one kind: length by size."
     labels = unpacked(data["part"]["labels"])[:, 0]
     assert set(labels) == set(range(len(data["faces"])))
     assert side["colour"] != pull["colour"]
@@ -225,7 +226,8 @@ def test_cells_and_what_stays_solid_fill_the_part(bracket):
 @pytest.mark.parametrize(
     ("old", "new", "says", "line", "regions"),
     [
-        ('"9 mm"', '"9 mmm"', "case.toml:11", 11, None),
+        ('"9 mm"', '"9 mmm"', "case.toml:11", 11, {"lug_hole"}),
+        ('name = "Ti-6Al-4V"', 'name = "?"', "case.toml:", 18, {"bolts", "lug_hole"}),
         ('fix = [{region = "bolts"}]', 'fix = [{region = "bolts", components = "z"}]',
          "leave rigid motions free: free to translate along x", 29, {"bolts", "lug_hole"}),
         ('diameter = "12 mm"', 'diameter = "13 mm"', "nearest candidates", 13, {"bolts"}),
@@ -248,6 +250,7 @@ def test_a_mistake_is_told_with_its_line_and_what_can_be_shown(
     alert = re.search(r'<div class="problem" role="alert">(.*?)</div>', html, re.DOTALL)[1]
     assert says in alert
     assert re.search(rf"<mark>\s*{line}  ", alert)
+    assert ("Some of the case is left to state." in alert) == ('"?"' in new)
     data = page_data(page)
     if "no.stl" in new or new == "[lattice":
         assert "part" not in data

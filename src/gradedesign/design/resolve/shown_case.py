@@ -133,22 +133,27 @@ def shown_case(case: Case, registry: Registry) -> CaseShown:
 
 
 def part_alone(
-    table: Mapping[str, Any], context: Mapping[str, Any], registry: Registry, where: Where
+    data: Mapping[str, Any], context: Mapping[str, Any], registry: Registry, where: Where
 ) -> tuple[PartSpec, Part] | None:
-    """The part of a case that cannot be read, from its table ``[part]``; None if that is no part.
+    """The part of a case that cannot be read, with those of its regions that can; None without one.
 
     Parameters
     ----------
-    table : mapping
-        As TOML has it.
+    data : mapping
+        The case file as TOML has it.
     context : mapping
         Of its validation: the case's folder, and whether files may lie outside.
     """
     try:
-        spec = PartSpec.model_validate(table, context=dict(context))
-        return spec, _read_alone(spec, registry, where)
+        spec = PartSpec.model_validate(data.get("part"), context=dict(context))
+        part = _read_alone(spec, registry, where)
     except (GradeDesignError, ValidationError):
         return None
+    stated, regions = data.get("region"), dict[str, RegionSpec]()
+    for name, keys in stated.items() if isinstance(stated, dict) else ():
+        with suppress(ValidationError):
+            regions[name] = RegionSpec.model_validate(keys)
+    return spec, _with_regions(part, regions)
 
 
 def _read_alone(spec: PartSpec, registry: Registry, where: Where) -> Part:
@@ -162,7 +167,7 @@ def _with_regions(part: Part, specs: Mapping[str, RegionSpec]) -> Part:
     for name in specs:
         with suppress(GradeDesignError):
             needed = {name}
-            while more := {each for n in needed for each in specs[n].names} - needed:
+            while more := {each for n in needed & set(specs) for each in specs[n].names} - needed:
                 needed |= more
             chosen = {each: specs[each] for each in specs if each in needed}
             regions = select_regions(part.surface, part.faces, chosen, part.file_faces)

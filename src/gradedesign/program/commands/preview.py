@@ -144,9 +144,9 @@ def case_preview(path: Path, registry: Registry, *, allow_outside: bool) -> Prev
     except GradeDesignError as error:
         mistake = error
         with suppress(GradeDesignError):  # told already
-            table = read_toml(file)[0].get("part", {})
             context = {"folder": file.parent, "allow_outside": allow_outside}
-            if alone := part_alone(table, context, registry, Where(file=file.name)):
+            alone = part_alone(read_toml(file)[0], context, registry, Where(file=file.name))
+            if alone is not None:
                 read, shown = (file, *part_files(alone[0])), CaseShown(part=alone[1])
     problem = None if mistake is None else _problem(file, mistake)
     return Preview(shown=shown, title=title, problem=problem, read=read)
@@ -161,7 +161,8 @@ def _problem(file: Path, error: GradeDesignError) -> Problem:
         lines = []
     near = sorted({k for n in named for k in range(n - _AROUND, n + _AROUND + 1)})
     rows = [(k, lines[k - 1], k in named) for k in near if 0 < k <= len(lines)]
-    return Problem(message=str(error), rows=rows)
+    is_open = any('"?' in row for _, row, there in rows if there)
+    return Problem(message=str(error), rows=rows, is_open=is_open)
 
 
 def preview(

@@ -17,7 +17,7 @@ from gradedesign.geometry.triangles.surface_mesh import corner_points
 from gradedesign.program.pictures.action_mark import ActionMark, DrawnAction, drawn_actions
 from gradedesign.program.pictures.marks import action_marks, region_marks, warming_note
 from gradedesign.program.pictures.packed import packed, packed_corners, packed_mesh, quantised
-from gradedesign.program.pictures.pictures import loads_still
+from gradedesign.program.pictures.pictures import about_arrows, loads_still
 from gradedesign.program.pictures.region_mark import (
     COLOURS,
     HATCH,
@@ -49,7 +49,7 @@ def case_scene(shown: CaseShown, title: str, volume: Volume | None = None) -> di
     data |= _marks_scene(
         part, _all_regions(part, _regions(shown)), action_marks(shown.load_cases, part), loads
     )
-    views = [{"id": "case", "title": "Part and loads", "body": "part"}]
+    views = [{"id": "case", "title": "Part and loads", "body": "part", "note": data.pop("scale")}]
     volumes: dict[str, Any] = {}
     if shown.domain is not None:
         volume = volume_of(shown.domain) if volume is None else volume
@@ -101,9 +101,11 @@ def _marks_scene(
         Plain data of supports, loads and resultants, as ``check --json`` and result.json hold.
     """
     drawn = drawn_actions(actions, part.diagonal)
+    scale = about_arrows(drawn, actions)
     marks = [mark for mark in regions if len(mark.corners)]
     colours = {action.action.load_case: action.colour for action in drawn}
     return {
+        "scale": f"{scale[:1].upper()}{scale[1:]}.".removeprefix("."),
         "regions": [_region_data(part, mark) for mark in marks],
         "cases": [
             {

@@ -26,10 +26,13 @@ class Problem:
     message : str
     rows : sequence of (int, str, bool)
         Lines of the case around it: number, text, whether it stands there.
+    is_open : bool
+        Whether it is a case that its user has yet to finish.
     """
 
     message: str
     rows: Sequence[tuple[int, str, bool]] = ()
+    is_open: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -142,7 +145,8 @@ def _problem_html(problem: Problem | None) -> str:
         rows.append(f"<mark>{row}</mark>" if there else row)
     lines = "\n".join(rows)
     shown = f"<pre>{lines}</pre>" if rows else ""
-    words = f"<p><b>The case has a mistake.</b> {escape(problem.message)}</p>"
+    title = "Some of the case is left to state." if problem.is_open else "The case has a mistake."
+    words = f"<p><b>{title}</b> {escape(problem.message)}</p>"
     return f'<div class="problem" role="alert">{words}{shown}</div>'
 
 

@@ -127,7 +127,7 @@ def _loads_scene(
     lines.append(Lines(segments=sharp_edges(part), colour="#555555", width=1.5))
     scene = Scene(
         title=title,
-        caption="; ".join(part for part in (_about_arrows(drawn, actions), note) if part),
+        caption="; ".join(part for part in (about_arrows(drawn, actions), note) if part),
         layers=(*(_region_layer(mark, diagonal) for mark in regions), part),
         lines=tuple(lines),
         arrows=tuple(arrow for action in drawn for arrow in action.arrows),
@@ -145,7 +145,7 @@ def _region_layer(mark: RegionMark, diagonal: float) -> Layer:
     return Layer(vertices=above.reshape(-1, 3), faces=faces, colour=COLOURS[mark.role])
 
 
-def _about_arrows(drawn: Sequence[DrawnAction], actions: Sequence[ActionMark]) -> str:
+def about_arrows(drawn: Sequence[DrawnAction], actions: Sequence[ActionMark]) -> str:
     """Note on the length of arrows, where there are several to compare."""
     if len(drawn) < 2:
         return ""

@@ -11,7 +11,7 @@ const PALETTES = {
   turbo: "30123b 4454c4 4490fe 1fc8de 29efa2 7dff56 c1f334 f1ca3a fe922a ea4f0d 7a0403",
   plasma: "0d0887 41049d 6a00a8 8f0da4 b12a90 cc4778 e16462 f2844b fca636 fcce25 f0f921",
 };
-const ABOVE = "#ff00c8"; // stress above the limit
+const ABOVE = "#ff00c8", MISTAKE = "#b42318"; // stress above the limit, places of a mistake
 
 // ---- data ----------------------------------------------------------------------------------
 
@@ -208,6 +208,9 @@ class View {
     this.stage = root.querySelector(".stage");
     this.panel = root.querySelector(".panel");
     this.labels = element("div", { class: "labels", "aria-hidden": "true" });
+    this.leaders = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+    this.leaders.setAttribute("class", "leaders");
+    this.leaders.setAttribute("aria-hidden", "true");
     this.legend = element("div", { class: "legend" });
     this.lower = new T.Vector3(...data.box[0]);
     this.upper = new T.Vector3(...data.box[1]);
@@ -246,7 +249,7 @@ class View {
     this.controls = new T.OrbitControls(this.camera, this.canvas);
     this.controls.addEventListener("change", () => this.draw());
     this.controls.addEventListener("start", () => { this.whole = false; });
-    this.stage.append(this.canvas, this.labels, this.legend, this.#tools());
+    this.stage.append(this.canvas, this.leaders, this.labels, this.legend, this.#tools());
     await this.#fill();
     this.#panel();
     this.#listen();
@@ -581,7 +584,7 @@ class View {
     const isCase = this.state.view === "case";
     const wanted = [];
     for (const place of isCase ? this.data.places ?? [] : []) {
-      wanted.push([`(${place.map(figure).join(", ")})`, place, "#b42318"]);
+      wanted.push([`(${place.map(figure).join(", ")})`, place, MISTAKE]);
     }
     if (isCase && this.state.labels) {
       for (const load of this.data.cases) {
@@ -595,21 +598,31 @@ class View {
         wanted.push([region.name, region.at, region.colour]);
       }
     }
-    while (this.labels.children.length > wanted.length) this.labels.lastChild.remove();
+    const named = wanted.map(([text, at, colour]) => ({ text, at, colour, behind: this.#hidden(at) }));
+    named.sort((a, b) => a.behind - b.behind); // what is seen stands at its place, the rest makes room
+    while (this.labels.children.length > named.length) this.labels.lastChild.remove();
+    this.leaders.replaceChildren();
     const taken = [];
-    wanted.forEach(([text, at, colour], k) => {
+    named.forEach(({ text, at, colour, behind }, k) => {
       const label = this.labels.children[k] ?? this.labels.appendChild(element("span"));
       label.textContent = text;
       label.style.setProperty("--colour", colour);
-      const behind = this.#hidden(at);
-      label.className = `${colour === "#b42318" ? "mistake" : ""}${behind ? " behind" : ""}`;
+      label.className = `${colour === MISTAKE ? "mistake" : ""}${behind ? " behind" : ""}`;
       const point = new T.Vector3(...at).project(this.camera);
-      const x = ((point.x + 1) / 2) * this.width, width = 7.2 * text.length + 16;
-      let y = ((1 - point.y) / 2) * this.height - 12;
-      const meets = (box) => x < box[0] + box[2] && box[0] < x + width && Math.abs(y - box[1]) < 22;
-      for (let tries = 0; tries < 12 && taken.some(meets); tries++) y += 22;
-      taken.push([x, y, width]);
-      label.style.transform = `translate(${Math.min(Math.max(x, 4), this.width - width - 4)}px, ${Math.min(Math.max(y, 4), this.height - 26)}px)`;
+      const x = ((point.x + 1) / 2) * this.width, y = ((1 - point.y) / 2) * this.height;
+      const width = 7.2 * text.length + 16, left = Math.min(Math.max(x, 4), this.width - width - 4);
+      let top = y - 12;
+      const meets = (box) => left < box[0] + box[2] && box[0] < left + width && Math.abs(top - box[1]) < 22;
+      for (let tries = 0; tries < 12 && taken.some(meets); tries++) top += 22;
+      top = Math.min(Math.max(top, 4), this.height - 26);
+      taken.push([left, top, width]);
+      label.style.transform = `translate(${left}px, ${top}px)`;
+      if (top - y > 0) {
+        const leader = document.createElementNS("http://www.w3.org/2000/svg", "line");
+        const ends = { x1: x, y1: y, x2: left + 2, y2: top + 11, stroke: colour };
+        Object.entries(ends).forEach(([name, value]) => leader.setAttribute(name, value));
+        this.leaders.append(leader);
+      }
     });
   }
 
@@ -915,7 +928,7 @@ for (const root of document.querySelectorAll("section.scene")) {
     view.start().catch((error) => {
       console.warn(`no scene: ${error.message}`);
       root.classList.add("without");
-      for (const made of root.querySelectorAll("canvas, .labels, .legend, .tools")) made.remove();
+      for (const made of root.querySelectorAll("canvas, .leaders, .labels, .legend, .tools")) made.remove();
     });
   }
 }
