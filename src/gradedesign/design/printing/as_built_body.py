@@ -31,8 +31,8 @@ from gradedesign.mechanics.material.material import Material
 
 #: A facet lies on a face of the part where its middle is within this share of its size from it, as
 #: triangles cut off the part's are, and the cosine of their normals is at least the second. From
-#: 1e-4 to 0.1 the area of such facets of `mini` and `bracket` changes by 0.5 %; walls of the lattice
-#: may lie along a face of the part, in long triangles not far below it.
+#: 1e-4 to 0.1 the area of such facets of `mini` and `bracket` changes by 0.5 %; walls of the
+#: lattice may lie along a face of the part, in long triangles not far below it.
 _ON_FACE, _ALIKE = 1e-3, 0.9
 
 
