@@ -63,8 +63,8 @@ def test_a_strut_of_1_mm_is_built_as_the_table_says(name, inclination):
     surface, axis = strut(inclination)
     built = as_built_surface(surface, building(process, surface), 7)
     grown = width(built, axis) - width(surface, axis)
-    # 5 um are asked for; normals of facets of a tenth of the strut take 2 um of them.
-    assert grown == pytest.approx(process.strut_size_at(inclination), abs=2e-3)
+    # Normals of facets of a tenth of the strut are off by a degree or two either way.
+    assert grown == pytest.approx(process.strut_size_at(inclination), abs=1e-3)
 
 
 def test_planes_move_by_their_offsets_and_meet_at_edges():
