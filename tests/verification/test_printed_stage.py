@@ -148,8 +148,7 @@ def judged_bodies(stated, strut):
 def test_the_as_built_body_is_judged_beside_the_designed_one(judged):
     bodies = judged_bodies(StatedProcess(process=GROWN, judged=judged), 2.0)
     (row,) = with_other_body(bodies, bodies.whole.rows)
-    # Section of the duct as built: 0.6 x 0.3 mm. The clamp holds back some contraction; decisive is
-    # the high end of a band of 3 % or less.
+    # Section of the duct as built: 0.6 x 0.3 mm. The clamp holds back some contraction.
     nominal, built = tip(0.8, 0.4, 200e3), tip(0.6, 0.3, 160e3)
     assert row.nominal == pytest.approx(nominal, rel=0.04)
     assert row.as_built == pytest.approx(built, rel=0.04)
@@ -157,7 +156,7 @@ def test_the_as_built_body_is_judged_beside_the_designed_one(judged):
     assert row.as_built / row.nominal == pytest.approx(built / nominal, rel=0.01)
     assert bodies.volumes_mm3["as built"] == pytest.approx(4.0 * (2.0 - 0.6 * 0.3), rel=0.01)
     # The as-built body moves farther: where both count, it decides.
-    assert row.decisive == (row.nominal if judged == "nominal" else row.as_built)
+    assert row.value == (row.nominal if judged == "nominal" else row.as_built)
     assert ("as-built surface" in row.judged_by) == (judged != "nominal")
     assert row.bodies_words.startswith(f"nominal {row.nominal:.4g}, as built {row.as_built:.4g}")
 

@@ -175,7 +175,7 @@ def with_other_body(bodies: Bodies, rows: Sequence[LimitRow]) -> tuple[LimitRow,
             other = replace(other.scaled(factor, words), remeshed=row.remeshed)
         built, plain = (row, other) if bodies.first_is_built else (other, row)
         decides = other if bodies.judged == "both" and _worse(other, row) else row
-        out.append(replace(decides, nominal=plain.decisive, as_built=built.decisive))
+        out.append(replace(decides, nominal=plain.value, as_built=built.value))
     return tuple(out)
 
 

@@ -57,8 +57,8 @@ class LimitRow:
         Share of the submodels that were to correct the value, or of the whole surface, of which an
         independent mesh could be made and solved; 1 for a value that no such mesh judges.
     nominal, as_built : float or None
-        Decisive values of the designed body and of the one that the process builds of it; the
-        row's own is one of them. None without a process.
+        Expected values of the designed body and of the one that the process builds of it, of which
+        the row's own is one: their bands are of different elements. None without a process.
     """
 
     key: LimitKey
