@@ -27,8 +27,16 @@ from gradedesign.program.commands.progress_lines import ProgressLines
 from gradedesign.program.commands.show import print_files, print_json, print_table, print_text
 from gradedesign.program.host.registry import build_registry
 from gradedesign.program.outputs.files import RESULT_NAME
-from gradedesign.program.outputs.finished import finished_result
-from gradedesign.program.pictures.figure import COLOURS, GREY, empty_figure, save_figure
+from gradedesign.program.outputs.finished import finished_result, stored_result
+from gradedesign.program.outputs.scene_file import stored_scene, stored_still
+from gradedesign.program.pictures.figure import (
+    COLOURS,
+    GREY,
+    empty_figure,
+    figure_png,
+    save_figure,
+)
+from gradedesign.program.pictures.page import content_policy, scene_html
 from gradedesign.program.store.run_lock import RunLock
 from gradedesign.program.store.stages import open_stages
 
@@ -52,9 +60,11 @@ __all__ = [
     "build_registry",
     "case_error",
     "case_file",
+    "content_policy",
     "counted",
     "dotted",
     "empty_figure",
+    "figure_png",
     "finished_result",
     "from_json",
     "has_dask",
@@ -75,7 +85,11 @@ __all__ = [
     "registry_for",
     "save_figure",
     "say",
+    "scene_html",
     "shown",
+    "stored_result",
+    "stored_scene",
+    "stored_still",
     "toml_text",
     "usable_cores",
     "with_values",

@@ -25,11 +25,12 @@ from gradedesign.program.commands import on_dask
 from gradedesign.program.outputs.failed import recording_failure
 from gradedesign.program.outputs.files import write_result
 from gradedesign.program.outputs.finished import finished_result
+from gradedesign.program.pictures.figure import save_figure
 from gradedesign.program.store.stages import open_stages
 from gradedesign_sweep import run_sweep as module
 from gradedesign_sweep.non_dominated import non_dominated
 from gradedesign_sweep.table import DesignRow, LimitValue, limit_value
-from gradedesign_sweep.tradeoff_plot import TradeoffPoint, mass_unit, plot_tradeoff
+from gradedesign_sweep.tradeoff_plot import TradeoffPoint, mass_unit, tradeoff_figure
 
 BASE = (
     SHORT_BAR
@@ -397,7 +398,8 @@ def test_the_plot_of_many_designs_in_many_panels(tmp_path):
         )
         for k in range(60)
     ]
-    plot_tradeoff(tmp_path / "plot.png", points, limits, title="many", note="60 designs")
+    figure = tradeoff_figure(points, limits, title="many", note="60 designs")
+    save_figure(tmp_path / "plot.png", figure)
     picture = imread(BytesIO((tmp_path / "plot.png").read_bytes()))[:, :, :3]
     assert picture.shape[1] > 1.4 * picture.shape[0]
     assert 0.01 < (picture.min(axis=2) < 0.9).mean() < 0.5
@@ -418,7 +420,8 @@ def test_the_plot_of_more_cells_than_colours(tmp_path):
     ]
     assert mass_unit(points) == ("kg", 1e-3)
     assert mass_unit(points[:0]) == ("g", 1.0)
-    plot_tradeoff(tmp_path / "plot.png", points, ["stress"], title="many", note="")
+    figure = tradeoff_figure(points, ["stress"], title="many", note="")
+    save_figure(tmp_path / "plot.png", figure)
     picture = imread(BytesIO((tmp_path / "plot.png").read_bytes()))[:, :, :3]
     rows, columns = picture.shape[:2]
     right = picture[:, int(0.65 * columns) :]

@@ -1,4 +1,4 @@
-"""``gradedesign sweep`` as typed: its arguments and options."""
+"""``gradedesign sweep`` and ``gradedesign compare`` as typed: arguments and options."""
 
 from __future__ import annotations
 
@@ -45,3 +45,18 @@ def sweep(
         as_json=as_json,
     )
     raise typer.Exit(command(study, output, request))
+
+
+def compare(
+    runs: Annotated[list[Path], typer.Argument(help="Folders of finished runs, two or more.")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Page to write (HTML).")
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print plain data for another program.")
+    ] = False,
+) -> None:
+    """Put finished runs side by side: masses, margins of limits, and their scenes in one page."""
+    from gradedesign_sweep.compare_runs import compare as command
+
+    command(runs, output, as_json=as_json)

@@ -44,9 +44,11 @@ from gradedesign_sweep.sweep_folder import (
     write_design,
 )
 from gradedesign_sweep.table import (
+    BEST_WORDS,
     FAILED,
     DesignRow,
     design_row,
+    designs_table,
     table_json,
 )
 
@@ -228,25 +230,10 @@ def _print_summary(
     """Print the table in short: what each design weighs, and the limit that it uses most."""
     say("")
     names = ", ".join(key_names(study).values())
-    print_table(
-        f"{study.name}: {len(rows)} designs",
-        ("", names, "status", "mass", "use", "of", "best"),
-        [
-            (
-                str(row.number),
-                row.label,
-                row.status + (", lightest" if row.lightest else ""),
-                "-" if row.mass_g is None else f"{row.mass_g:.4g} g",
-                "-" if row.utilisation is None else f"{row.utilisation:.1%}",
-                max(row.limits, key=lambda name: row.limits[name].utilisation, default="-"),
-                "*" if row.number in best else "",
-            )
-            for row in rows
-        ],
-    )
+    print_table(f"{study.name}: {len(rows)} designs", *designs_table(names, rows, best))
     for row in rows:
         if row.status == FAILED:
             print_text(f"design {row.number} failed: {row.error}", hang=2)
-    print_text("* no other design that holds its limits is lighter or uses them less", hang=2)
+    print_text(BEST_WORDS, hang=2)
     files = [f"{TABLE}.csv", f"{TABLE}.json", PLOT]
     print_files(folder, [name for name in files if (folder / name).is_file()])

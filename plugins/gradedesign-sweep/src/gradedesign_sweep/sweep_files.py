@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from gradedesign.commands import write_text
+from gradedesign.commands import save_figure, write_text
 from gradedesign_sweep.non_dominated import non_dominated
 from gradedesign_sweep.study import Study, value_text
 from gradedesign_sweep.sweep_folder import PLOT, TABLE
 from gradedesign_sweep.table import FAILED, DesignRow, limit_units, table_csv, table_json
-from gradedesign_sweep.tradeoff_plot import TradeoffPoint, plot_tradeoff
+from gradedesign_sweep.tradeoff_plot import TradeoffPoint, tradeoff_figure
 
 
 def write_tables(folder: Path, study: Study, rows: Sequence[DesignRow]) -> frozenset[int]:
@@ -26,11 +26,33 @@ def write_tables(folder: Path, study: Study, rows: Sequence[DesignRow]) -> froze
 
 def write_plot(folder: Path, study: Study, rows: Sequence[DesignRow], best: frozenset[int]) -> None:
     """Draw mass against the utilisation of each limit, where a design has both."""
-    points = [
+    key = study.keys[0]
+    groups = {row.number: value_text(row.values[key]) for row in rows if key in row.values}
+    points = tradeoff_points(rows, best, groups)
+    if not points:
+        (folder / PLOT).unlink(missing_ok=True)
+        return
+    failed = sum(row.status == FAILED for row in rows)
+    names = ", ".join(study.keys)
+    figure = tradeoff_figure(
+        points,
+        list(limit_units(rows)),
+        title=study.name,
+        note=f"{len(points)} of {len(rows)} designs over {names}"
+        + (f"; {failed} failed" if failed else ""),
+    )
+    save_figure(folder / PLOT, figure)
+
+
+def tradeoff_points(
+    rows: Sequence[DesignRow], best: frozenset[int], groups: Mapping[int, str]
+) -> list[TradeoffPoint]:
+    """Points of the designs that have a mass and a limit, each in the group of its number."""
+    return [
         TradeoffPoint(
             number=row.number,
             label=row.label,
-            group=value_text(row.values[study.keys[0]]) if study.keys[0] in row.values else "-",
+            group=groups.get(row.number, "-"),
             mass_g=row.mass_g,
             utilisation={
                 name: limit.utilisation
@@ -43,16 +65,3 @@ def write_plot(folder: Path, study: Study, rows: Sequence[DesignRow], best: froz
         if row.mass_g is not None
         and any(math.isfinite(limit.utilisation) for limit in row.limits.values())
     ]
-    if not points:
-        (folder / PLOT).unlink(missing_ok=True)
-        return
-    failed = sum(row.status == FAILED for row in rows)
-    names = ", ".join(study.keys)
-    plot_tradeoff(
-        folder / PLOT,
-        points,
-        list(limit_units(rows)),
-        title=study.name,
-        note=f"{len(points)} of {len(rows)} designs over {names}"
-        + (f"; {failed} failed" if failed else ""),
-    )

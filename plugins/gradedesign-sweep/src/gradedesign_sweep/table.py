@@ -19,6 +19,7 @@ from gradedesign_sweep.study import Design, Study, value_text
 #: Status of a design that was not run yet.
 _WAITING = "waiting"
 FAILED = "failed"
+BEST_WORDS = "* no other design that holds its limits is lighter or uses them less"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,11 +131,15 @@ def design_row(
         limits={},
         seconds=seconds,
     )
-    if error or (result is not None and result.status == FAILED):
-        reason = error or ("" if result is None else result.reason)
-        return replace(waiting, status=FAILED, error=" ".join(reason.split()))
-    if result is None:
-        return waiting
+    if error:
+        return replace(waiting, status=FAILED, error=" ".join(error.split()))
+    return waiting if result is None else finished_row(waiting, result)
+
+
+def finished_row(waiting: DesignRow, result: RunResult) -> DesignRow:
+    """The row of a design once its run has ended."""
+    if result.status == FAILED:
+        return replace(waiting, status=FAILED, error=" ".join(result.reason.split()))
     return replace(
         waiting,
         status=result.status,
@@ -142,11 +147,11 @@ def design_row(
         mass_g=result.mass_g,
         solid_mass_g=result.solid_mass_g,
         relative_density=result.relative_density,
-        limits={_limit_name(row): limit_value(row) for row in result.limits},
+        limits={limit_name(row): limit_value(row) for row in result.limits},
     )
 
 
-def _limit_name(row: LimitRow) -> str:
+def limit_name(row: LimitRow) -> str:
     """Name of a limit, with its load case where it belongs to one."""
     return f"{row.name} ({row.key.load_case})" if row.key.load_case else row.name
 
@@ -208,26 +213,8 @@ def table_json(study: Study, rows: Sequence[DesignRow], best: frozenset[int]) ->
         "keys": list(study.keys),
         "designs": [
             {
-                "design": row.number,
+                **row_json(row, best),
                 "values": json.loads(json.dumps(row.values, default=str)),
-                "status": row.status,
-                "lightest": row.lightest,
-                "non_dominated": row.number in best,
-                "mass_g": _short(row.mass_g),
-                "solid_mass_g": _short(row.solid_mass_g),
-                "relative_density": _short(row.relative_density),
-                "limits": [
-                    {
-                        "name": name,
-                        "value": _short(limit.value),
-                        "limit": _short(limit.limit),
-                        "unit": limit.unit,
-                        "utilisation": _short(limit.utilisation),
-                    }
-                    for name, limit in row.limits.items()
-                ],
-                "folder": row.folder,
-                "error": row.error,
                 "seconds": row.seconds,
             }
             for row in rows
@@ -235,6 +222,58 @@ def table_json(study: Study, rows: Sequence[DesignRow], best: frozenset[int]) ->
     }
 
 
-def _short(number: float | None) -> float | None:
+def row_json(row: DesignRow, best: frozenset[int]) -> dict[str, Any]:
+    """A design and its limits as plain data."""
+    return {
+        "design": row.number,
+        "status": row.status,
+        "lightest": row.lightest,
+        "non_dominated": row.number in best,
+        "mass_g": short(row.mass_g),
+        "solid_mass_g": short(row.solid_mass_g),
+        "relative_density": short(row.relative_density),
+        "limits": [
+            {
+                "name": name,
+                "value": short(limit.value),
+                "limit": short(limit.limit),
+                "unit": limit.unit,
+                "utilisation": short(limit.utilisation),
+            }
+            for name, limit in row.limits.items()
+        ],
+        "folder": row.folder,
+        "error": row.error,
+    }
+
+
+def designs_table(
+    name: str, rows: Sequence[DesignRow], best: frozenset[int]
+) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Columns and cells in short: what each design weighs, and the limit that it uses most.
+
+    Parameters
+    ----------
+    name : str
+        Of the column of labels.
+    """
+    columns = ("", name, "status", "mass", "of solid", "use", "of", "best")
+    cells: list[tuple[str, ...]] = [
+        (
+            str(row.number),
+            row.label,
+            row.status + (", lightest" if row.lightest else ""),
+            "-" if row.mass_g is None else f"{row.mass_g:.4g} g",
+            "-" if row.relative_density is None else f"{row.relative_density:.1%}",
+            "-" if row.utilisation is None else f"{row.utilisation:.1%}",
+            max(row.limits, key=lambda limit: row.limits[limit].utilisation, default="-"),
+            "*" if row.number in best else "",
+        )
+        for row in rows
+    ]
+    return columns, cells
+
+
+def short(number: float | None) -> float | None:
     """A number in six digits, since further ones depend on threads; None for infinity."""
     return None if number is None or math.isinf(number) else float(f"{number:.6g}")

@@ -5,14 +5,12 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from gradedesign.commands import (
     COLOURS,
     GREY,
     empty_figure,
-    save_figure,
 )
 
 #: Panels beside each other, their edges in inches, and the width of the list of designs.
@@ -51,19 +49,21 @@ class TradeoffPoint:
     marked: bool
 
 
-def plot_tradeoff(
-    path: Path, points: Sequence[TradeoffPoint], limits: Sequence[str], *, title: str, note: str
-) -> None:
+def tradeoff_figure(
+    points: Sequence[TradeoffPoint], limits: Sequence[str], *, title: str, note: str
+) -> Any:
     """Draw mass against the utilisation of each limit.
 
     Parameters
     ----------
-    path : Path
-        PNG.
     limits : sequence of str
         A panel for each.
     note : str
         Line below the panels.
+
+    Returns
+    -------
+    matplotlib figure
     """
     across = min(_ACROSS, max(1, len(limits)))
     down = max(1, -(-len(limits) // across))
@@ -77,7 +77,7 @@ def plot_tradeoff(
         _draw_panel(axes, points, groups, limit)
     _draw_list(figure.add_subplot(grid[:, across]), points, groups, down)
     figure.text(0.02, 0.01, note, fontsize=9, color="#333333")
-    save_figure(path, figure)
+    return figure
 
 
 def _draw_panel(
@@ -164,13 +164,15 @@ def _draw_list(
         "linestyle": "",
         "markerfacecolor": "none",
     }
-    handles.append(Line2D([], [], markersize=11, label="non-dominated", **ring))
+    any_marked = any(point.marked for point in points)
+    if any_marked:
+        handles.append(Line2D([], [], markersize=11, label="non-dominated", **ring))
     if any(max(p.utilisation.values(), default=0.0) > 1.0 for p in points):
         handles.append(Line2D([], [], markersize=6, label="hollow: breaks a limit", **ring))
     legend = axes.legend(
         handles=handles, loc="upper left", bbox_to_anchor=(0.0, 1.0), fontsize=9, frameon=False
     )
-    lines = ["Non-dominated designs"]
+    lines = ["Non-dominated designs"] if any_marked else []
     unit, scale = mass_unit(points)
     for point in sorted((p for p in points if p.marked), key=lambda p: p.mass_g):
         text = f"{point.number}: {point.label}, {scale * point.mass_g:.4g} {unit}"

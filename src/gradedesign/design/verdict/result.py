@@ -128,6 +128,12 @@ class RunResult:
     law: Mapping[str, Any] = field(default_factory=dict)
     solid: tuple[LimitRow, ...] = ()
 
+    @property
+    def verdict(self) -> str:
+        """Status and reason in a sentence."""
+        lightest = ", lightest" if self.lightest else ""
+        return f"{self.status.upper()}{lightest}: {self.reason}"
+
     def __repr__(self) -> str:
         """Verdict, mass, the most used limits, warnings and folder; the rest is in the fields."""
         verdict = f"{self.status}, lightest" if self.lightest else self.status

@@ -18,12 +18,12 @@ from gradedesign.errors import CaseError, GradeDesignError
 from gradedesign.program.commands.plugins import registry_for
 from gradedesign.program.commands.progress_lines import ProgressLines
 from gradedesign.program.commands.serve_page import serve_page
-from gradedesign.program.commands.show import print_text, verdict_words
+from gradedesign.program.commands.show import print_text
 from gradedesign.program.commands.show_part import part_words
 from gradedesign.program.host.read_case import load_case
 from gradedesign.program.outputs.files import RESULT_NAME
 from gradedesign.program.outputs.finished import stored_result
-from gradedesign.program.outputs.scene_file import stored_scene
+from gradedesign.program.outputs.scene_file import stored_scene, stored_still
 from gradedesign.program.pictures.case_scene import case_scene, case_still
 from gradedesign.program.pictures.page import Problem, scene_page
 from gradedesign.program.store.manifest import read_manifest
@@ -114,12 +114,10 @@ def run_preview(folder: Path) -> RunPreview:
         If it has left none.
     """
     result, scene = stored_result(folder), stored_scene(folder)
-    pictures = (result.files.get(name, "") for name in ("lattice", "density", "loads"))
-    still = next((folder / name for name in pictures if (folder / name).is_file()), None)
     return RunPreview(
         scene=scene,
-        verdict=verdict_words(result),
-        still=None if still is None else still.read_bytes(),
+        verdict=result.verdict,
+        still=stored_still(result),
         read=(folder / RESULT_NAME,),
     )
 

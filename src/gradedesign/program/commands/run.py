@@ -24,7 +24,6 @@ from gradedesign.program.commands.show import (
     print_table,
     print_text,
     print_warnings,
-    verdict_words,
     without_noise,
 )
 from gradedesign.program.commands.show_answer import print_bodies
@@ -141,7 +140,7 @@ def _print_stated(result: RunResult) -> None:
 def print_verdict(result: RunResult) -> None:
     """Print the verdict, the limits and where the files are."""
     typer.echo("")
-    print_text(verdict_words(result), hang=2)
+    print_text(result.verdict, hang=2)
     print_warnings(result.yields)
     if result.limits:
         print_limits(result.limits)

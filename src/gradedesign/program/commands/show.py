@@ -89,12 +89,6 @@ def print_as_built(result: RunResult) -> None:
         )
 
 
-def verdict_words(result: RunResult) -> str:
-    """The verdict of a run in a sentence."""
-    lightest = ", lightest" if result.lightest else ""
-    return f"{result.status.upper()}{lightest}: {result.reason}"
-
-
 def print_warnings(warnings: Iterable[str]) -> None:
     """Print warnings, one paragraph each."""
     for warning in warnings:

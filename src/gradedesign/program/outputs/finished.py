@@ -11,6 +11,7 @@ from gradedesign.design.case.run_schema import RunSpec
 from gradedesign.design.verdict.result import RunResult, from_json
 from gradedesign.errors import CaseError
 from gradedesign.program.outputs.files import RESULT_NAME
+from gradedesign.program.store.manifest import read_manifest
 from gradedesign.program.store.run_folder import RunFolder
 
 log = logging.getLogger(__name__)
@@ -46,6 +47,10 @@ def stored_result(folder: Path) -> RunResult:
         If the folder holds none, or one of another version.
     """
     path = folder / RESULT_NAME
+    if read_manifest(folder) is None:
+        raise CaseError(
+            f"{folder} is no run folder: expected one that `gradedesign run` has written"
+        )
     try:
         stored = from_json(json.loads(path.read_text(encoding="utf-8")))
     except FileNotFoundError:

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from gradedesign.design.verdict.result import RunResult
 from gradedesign.design.verdict.shown import Shown
 from gradedesign.errors import CaseError, GradeDesignError
 from gradedesign.mechanics.explicit.analysis import SurfaceFields
@@ -45,6 +46,13 @@ def stored_scene(folder: Path) -> dict[str, Any]:
             f"version; run the case again, or preview the case"
         ) from None
     return data
+
+
+def stored_still(result: RunResult) -> bytes | None:
+    """PNG of the printed body of a stored run, or of what it came to; None without any."""
+    pictures = (result.files.get(name, "") for name in ("lattice", "density", "loads"))
+    still = next((path for name in pictures if (path := result.folder / name).is_file()), None)
+    return None if still is None else still.read_bytes()
 
 
 def fields_by_case(shown: Shown) -> dict[str, SurfaceFields]:

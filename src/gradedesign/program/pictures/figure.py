@@ -30,6 +30,11 @@ def empty_figure(width: float, height: float, title: str) -> Figure:
 
 def save_figure(path: Path, figure: Figure) -> None:
     """Write a figure as PNG, atomically."""
+    write_bytes(path, figure_png(figure))
+
+
+def figure_png(figure: Figure) -> bytes:
+    """A figure as PNG."""
     picture = BytesIO()
     figure.savefig(picture, format="png")
-    write_bytes(path, picture.getvalue())
+    return picture.getvalue()

@@ -54,11 +54,16 @@ class SceneHtml:
 
 
 def scene_html(
-    data: Mapping[str, Any], still: bytes | None, *, instead: str = "no picture was made"
+    data: Mapping[str, Any],
+    still: bytes | None,
+    *,
+    instead: str = "no picture was made",
+    name: str = "scene",
 ) -> SceneHtml:
     """A scene with its data, its still picture (PNG) and the scripts that draw it.
 
-    ``instead`` says what there is without a still picture.
+    ``instead`` says what there is without a still picture; ``name`` is the element's, one of a
+    page's own where there are several.
     """
     title = escape(str(data["title"]))
     # No character that could end the element: a name in a case may hold anything.
@@ -71,7 +76,7 @@ def scene_html(
         )
         instead = "a still picture stands for the scene"
     body = (
-        f'<section class="scene" id="scene" aria-label="Scene of {title}">'
+        f'<section class="scene" id="{name}" aria-label="Scene of {title}">'
         f'<div class="stage">{picture}<p class="waiting">Preparing the scene…</p>'
         f'<p class="nowebgl">This browser draws no WebGL 2: {instead}.</p></div>'
         f'<div class="panel"></div>'

@@ -515,6 +515,7 @@ class View {
       this.renderer.render(this.scene, this.camera);
       this.#place();
       this.#store();
+      this.#lead();
       this.root.dataset.drawn = String(Number(this.root.dataset.drawn ?? 0) + 1);
     });
   }
@@ -570,6 +571,47 @@ class View {
     ));
     this.controls.update();
     this.draw();
+  }
+
+  /** How it is looked at, for others of its kind: distances over the part's diagonal. */
+  #look() {
+    const { camera, controls, diagonal, state } = this;
+    const { view, load, axis, cut, flip, factor } = state;
+    const over = (vector, from) => vector.clone().sub(from).divideScalar(diagonal).toArray();
+    return {
+      state: { view, load, axis, cut, flip, factor }, whole: this.whole, zoom: this.whole ? 0 : camera.zoom * diagonal,
+      from: over(camera.position, controls.target), aside: over(controls.target, this.middle),
+    };
+  }
+
+  /** Scenes that stand for comparison are looked at as the one that was last moved. */
+  #lead() {
+    if (!this.data.together) return;
+    const look = this.#look(), before = this.looked;
+    this.looked = JSON.stringify(look);
+    if (!before || before === this.looked) return;
+    for (const other of window.scenes) if (other !== this && other.looked) other.follow(look);
+  }
+
+  follow(look) {
+    const { camera, controls, diagonal } = this;
+    const place = (array) => new T.Vector3(...array).multiplyScalar(diagonal);
+    controls.target.copy(this.middle).add(place(look.aside));
+    camera.position.copy(controls.target).add(place(look.from));
+    controls.update();
+    this.whole = look.whole;
+    if (look.whole) this.width = 0; // fit anew
+    else camera.zoom = look.zoom / diagonal;
+    camera.updateProjectionMatrix();
+    const before = JSON.stringify(this.#look().state);
+    const { view, load } = this.state; // kept where there is none of that name
+    Object.assign(this.state, look.state);
+    if (!this.data.views.some(({ id }) => id === look.state.view)) this.state.view = view;
+    if (![{ name: "all" }, ...this.data.cases].some(({ name }) => name === look.state.load)) this.state.load = load;
+    const now = this.#look();
+    this.looked = JSON.stringify(now);
+    if (before === JSON.stringify(now.state)) this.draw();
+    else this.show();
   }
 
   zoom(factor) {
@@ -789,6 +831,7 @@ class View {
     }
     this.cutRow.hidden = !state.axis;
     this.axisList.value = state.axis;
+    this.flipBox.querySelector("input").checked = state.flip;
     if (state.axis) this.cutWords.textContent = `${state.axis} = ${figure(this.cutAt)} mm`;
     this.caseChecks.hidden = this.faceRow.hidden = view.id !== "case";
     if (view.id !== this.lastView) {
