@@ -90,7 +90,7 @@ def case_blocks(
     below = schema if table is None else table
     if table is not None:
         for key, value in below["properties"].items():
-            text = "\n".join(_key(schema, key, value, key in below.get("required", ())))
+            text = "\n".join(_key(schema, key, value, key in _needed(below)))
             yield f"{name}.{key}", f"### `{name}.{key}`\n\n{text}"
     for key, value in below["properties"].items():
         for inner in _references(value):
@@ -104,6 +104,11 @@ def case_blocks(
                 needed = " Required, unless the density of the lattice is stated."
             yield title, f"## {title}\n\n{_sentence(body.get('description', ''))}{needed}\n"
             yield from case_blocks(schema, body, named)
+
+
+def _needed(table: Mapping[str, Any]) -> list[str]:
+    """Keys of a table that it needs, at least by default."""
+    return [*table.get("required", ()), *table.get("else", {}).get("required", ())]
 
 
 def _key(

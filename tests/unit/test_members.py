@@ -9,14 +9,23 @@ from hypothesis import strategies as st
 from scipy.sparse import identity
 
 from gradedesign.design.resolve.member_size import with_member_size
+from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.geometry.cell.cells import single
+from gradedesign.geometry.cell.void_cell import VOID
 from gradedesign.geometry.lattice.component import LATTICE, MEMBER
 from gradedesign.geometry.lattice.components.members import solid_members
+from gradedesign.geometry.lattice.components.void import Void
 from gradedesign.geometry.lattice.density_grid import DensityGrid
 from gradedesign.geometry.lattice.domain import DesignDomain, phase_at
+from gradedesign.geometry.lattice.lattice import LatticeDesign
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
+from gradedesign.geometry.lattice.printed_surface import printed_surface
+from gradedesign.geometry.lattice.trim import volume_fit
+from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.part_mesh import box_part_mesh
 from gradedesign.geometry.part.part_schema import PartSpec
 from gradedesign.geometry.tets.tet_mesh import boundary_facets, centroids
+from gradedesign.geometry.triangles.surface_mesh import enclosed_volume
 from gradedesign.mechanics.fe.element_points import element_points
 from gradedesign.mechanics.fe.facets import facet_nodes
 from gradedesign.mechanics.fe.load_case import PartLoadCase
@@ -250,3 +259,23 @@ def test_what_stands_alone_is_tied_in_by_the_shortest_way():
     # What is one piece stays as it is.
     assert tied(part, members, found, 3.2) is found
     assert tied(with_moments(whole), members, none, 3.2) is none
+
+
+def test_the_surface_of_members_alone_holds_the_volume_of_the_body():
+    """Not of every sliver of theirs in a cell that stands for none: the grid stays as it is."""
+    body = solid_members(field_of(lambda p: ball(p, (0, 0, 0), 8.0)), thickness=4.0)
+    part = box_surface((12.0, 12.0, 12.0))
+    part = replace(part, vertices=part.vertices - 6.0)
+    domain = DesignDomain(
+        distance=lambda x: np.abs(x).max(axis=0) - 6.0, lower=(-6,) * 3, upper=(6,) * 3,
+        components=(Void(), body),
+    )  # fmt: skip
+    design = LatticeDesign(
+        domain=domain, cells=single(calibrate(VOID)), cell_map=lambda x: x / 4.0, cell_size=4.0,
+        density=0.1,
+    )  # fmt: skip
+    assert volume_fit(design, 1.0, None).cell == 12.0
+    made = printed_surface(design, part, 1.0, None, memory=1e9)
+    # A ball of 8 mm by facets of 0.5 mm, less the six caps of 2 mm that the faces cut off.
+    whole, cap = 4 / 3 * np.pi * 8.0**3, np.pi * 2.0**2 * (3 * 8.0 - 2.0) / 3
+    assert enclosed_volume(made.surface) == pytest.approx(whole - 6 * cap, rel=0.01)

@@ -136,6 +136,19 @@ class LatticeSpec(Table):
     """Size effect: the stiffness of walls with few cells between the part's free faces, where it
     can be computed; ``false`` only to compare with the periodic lattice."""
 
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: Any, handler: Any) -> dict[str, Any]:
+        """The table, whose cell is required unless the phases leave cells out."""
+        reference = super().__get_pydantic_json_schema__(schema, handler)
+        body: dict[str, Any] = handler.resolve_ref_schema(reference)
+        void = {
+            "properties": {"phases": {"contains": {"const": PHASES[2]}}},
+            "required": ["phases"],
+        }
+        body["if"], body["then"] = void, {"required": ["least_member"]}
+        body["else"] = {"required": body.pop("required")}
+        return reference
+
     @property
     def stated(self) -> bool:
         """Whether the density is stated rather than found."""

@@ -137,10 +137,12 @@ def volume_fit(design: LatticeDesign, step: float, asked: Resolution | None) -> 
         distance = part(points)
         return np.asarray(np.minimum.reduce([layer(points, distance) for layer in layers]))
 
+    domain = design.domain
     return VolumeFit(
-        lower=design.domain.lower,
-        upper=design.domain.upper,
-        cell=design.cell_size,
+        lower=domain.lower,
+        upper=domain.upper,
+        # Without cells it is the volume of the body that counts, not that of slivers of members.
+        cell=design.cell_size if domain.has_cells else float((domain.upper - domain.lower).max()),
         solids=solids if layers else None,
         memory=np.inf if asked is None else asked.memory,
     )
