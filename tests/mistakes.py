@@ -149,6 +149,8 @@ OF_CHECK = (
     M(_CELLS, _MEMBERS + ('least_member = "8 mm"\n[[zone]]\nregion = "root"\nwithin = "6 mm"\n'
                          "density = [0.3, 0.4]\n"),
       "zone", "zones tell cells apart", "leave the zones out too", at="[[zone]]"),
+    M(_CELLS, _MEMBERS + 'least_member = "8 mm"\n[run]\nacceptance = "submodels"\n',
+      "run.acceptance", "submodels are cut around cells", 'expected "whole"', at="acceptance"),
     M(_CELLS, _MEMBERS + 'least_member = "8 mm"\n[print]\nmin_wall = "9 mm"\n',
       "lattice.least_member", "found 8 mm, less than the 9 mm of [print] min_wall",
       "expected 9 mm at least", at="least_member"),

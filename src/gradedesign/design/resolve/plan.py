@@ -258,10 +258,23 @@ def _shape_warnings(
 
 
 def with_acceptance(case: Case) -> Case:
-    """The case with its acceptance: of the plain method whole, unless it is stated."""
-    if not case.lattice.by_stress or "acceptance" in case.run.model_fields_set:
+    """The case with its acceptance: of the plain method, and without cells, whole, unless stated.
+
+    Raises
+    ------
+    CaseError
+        If it states submodels, which are made of cells, without any.
+    """
+    if case.lattice.cells and not case.lattice.by_stress:
         return case
-    return case.model_copy(update={"run": case.run.model_copy(update={"acceptance": "whole"})})
+    if "acceptance" not in case.run.model_fields_set:
+        return case.model_copy(update={"run": case.run.model_copy(update={"acceptance": "whole"})})
+    if case.run.acceptance == "submodels" and not case.lattice.cells:
+        raise CaseError(
+            f"{case.where('run.acceptance')}: submodels are cut around cells, which phases = "
+            f'{json.dumps(case.lattice.phases)} leave out; expected "whole", or leave it out'
+        )
+    return case
 
 
 def _buckling_of_cells(lattice: LatticeSpec, limits: LimitsSpec, where: Where) -> LimitsSpec:
