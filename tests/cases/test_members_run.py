@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from small_parts import SHORT_BAR
 
+from gradedesign.mechanics.limits.member_stress import BodyStressLimit
+
 CASE = (
     SHORT_BAR.replace('"4 mm"', '"1.7 mm"')
     + """\
@@ -68,12 +70,17 @@ def without_cells(text):
 @pytest.mark.usefixtures("undrawn")
 def test_members_without_cells_are_the_whole_body(tmp_path, cli, monkeypatch):
     """Of less mass than with cells; a rounding error beside a member is of it, not of a lattice."""
-    monkeypatch.setitem(globals(), "CASE", without_cells(CASE))
+    stress = without_cells(CASE).replace("[limits]\n", "[limits]\nsafety_factor = 2\n")
+    monkeypatch.setitem(globals(), "CASE", stress)
     result, ended = ran(tmp_path / "void", cli, "", "max_iterations = 1")
     assert ended.code in (0, 4), ended.out + ended.err
-    assert {row["name"].split()[0] for row in result["limits"]} == {"displacement"}
+    assert {row["name"].split()[0] for row in result["limits"]} == {"displacement", "stress"}
+    stressed = {row["name"] for row in result["limits"] if row["name"].startswith("stress")}
+    # One limit judges all there is: a body without passive solid has its row too.
+    assert stressed == {"stress in passive solid", "stress in solid members"}
+    assert not BodyStressLimit.may_lack
     assert result["lattice_mass_g"] == 0.0
-    assert "buckling" not in ended.out
+    assert "buckling of cells" not in ended.out
     last = result["iterations"][-1]["limits"][0]
     assert abs(last["discrepancy"]) < 0.1
     surface = meshio.read(tmp_path / "void" / "r" / "lattice.stl")

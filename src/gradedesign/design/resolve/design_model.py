@@ -242,5 +242,6 @@ def _placed_limits(
             shares={name: region_shares(space, on) for name, on in facets.items()},
             supports={load.name: load.supports for load in homogenised.cases},
             members=case.lattice.members,
+            cells=case.lattice.cells,
         ),
     )

@@ -231,6 +231,8 @@ class PlacedModel:
     supports : mapping of load case to Supports
     members : bool
         Whether sizing may make solid members.
+    cells : bool
+        Whether cells are built.
     """
 
     where: Where
@@ -244,6 +246,7 @@ class PlacedModel:
     shares: Mapping[str, FloatArray]
     supports: Mapping[str, Supports]
     members: bool = False
+    cells: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

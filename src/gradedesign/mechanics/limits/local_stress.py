@@ -15,7 +15,7 @@ from gradedesign.mechanics.limits.banded import Banded
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.limit import Limit, LimitKind, PlacedModel, StatedLimit
 from gradedesign.mechanics.limits.limits_schema import LimitsSpec
-from gradedesign.mechanics.limits.member_stress import PHASE, MemberStressLimit
+from gradedesign.mechanics.limits.member_stress import PHASE, BodyStressLimit, MemberStressLimit
 from gradedesign.mechanics.limits.percentile_limit import PercentileLimit
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.mechanics.limits.state import HomogenisedState, Response
@@ -117,13 +117,16 @@ def _make(limits: LimitsSpec, placed: PlacedModel) -> tuple[Sequence[Limit], Seq
         judged=1.0 - share,
         apart=(PHASE,) if placed.members else (),
     )
-    members = MemberStressLimit(
+    solid = MemberStressLimit if placed.cells else BodyStressLimit
+    members = solid(
         key=LimitKey(kind=KIND.name, region=PHASE),
         name=f"stress in {PHASE}",
         allowed=allowed,
         percentile=percentile,
         evaluated=placed.evaluated,
     )
+    if not placed.cells:
+        return (members,), ()
     return (limit, members) if placed.members else (limit,), (
         *(w for law in placed.law.laws for w in percentile_warnings(law, percentile)),
         *share_warnings(share, placed.exclusion_radius),

@@ -60,3 +60,14 @@ class MemberStressLimit(PercentileLimit):
             by_displacement=self.factor * by_displacement,
             by_design=self.factor * by_design,
         )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BodyStressLimit(MemberStressLimit):
+    """Von Mises stress in a body without cells: in members, and in what is solid beside them."""
+
+    may_lack: ClassVar[bool] = False
+
+    def judges(self, phase: str) -> bool:  # noqa: ARG002
+        """Every phase."""
+        return True

@@ -130,15 +130,17 @@ def with_members(model: HomogenisedModel, share: FloatArray | None) -> Homogenis
 
     ``model`` holds moments of its solid, as `with_moments` makes it.
     """
-    if share is None or model.solid_moments is None:
+    if share is None:
         return model
     each = share.reshape(POINTS, -1)
-    moments = sum(by * s for by, s in zip(moments_by_share(model), each, strict=True))
+    moments = np.array(with_moments(model).solid_moments)
+    for by, own in zip(moments_by_share(model), each, strict=True):
+        moments += by * own
     members = each.mean(axis=0) * (1.0 - model.solid_fraction)
     return replace(
         model,
         solid_fraction=model.solid_fraction + members,
-        solid_moments=model.solid_moments + moments,
+        solid_moments=moments,
         member_fraction=members,
     )
 
