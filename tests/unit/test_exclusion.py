@@ -102,6 +102,7 @@ def test_share_of_the_part_counts_where_lattice_is():
     """Of 5 mm^3 of lattice 2 lie within the radius, beside a solid element there."""
     placed = SimpleNamespace(
         members=False,
+        cells=True,
         material=None,
         law=SimpleNamespace(laws=(SimpleNamespace(local_stress=None),)),
         lattice_volumes=np.array([0.0, 2.0, 3.0]),
