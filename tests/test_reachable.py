@@ -22,6 +22,9 @@ CALLED_BY_FRAMEWORK = {
     "hookimpl", "hookspec", "command", "callback", "model_validator", "field_validator", "override",
 }  # fmt: skip
 
+#: Methods that notebooks, `reprlib` and users of a record call.
+CALLED_BY_NAME = {"_repr_html_", "repr_ndarray", "repr_instance", "to_frame"}
+
 #: Definitions that no code here names, each with its reader. A record stands for its fields.
 ALLOWED = {
     # Written whole: result.json, `check --json`, the reports of cells and of the repair.
@@ -136,7 +139,8 @@ def definitions(modules, public):
             yield place, (module, node.name), node, bool(kept)
             for part in node.body if isinstance(node, ast.ClassDef) else ():
                 if isinstance(part, ast.FunctionDef):
-                    kept = part.name.startswith("__") or decorators(part) & CALLED_BY_FRAMEWORK
+                    kept = part.name.startswith("__") or part.name in CALLED_BY_NAME
+                    kept = kept or decorators(part) & CALLED_BY_FRAMEWORK
                     yield f"{place}.{part.name}", part.name, part, bool(kept)
                 elif isinstance(part, ast.AnnAssign) and isinstance(part.target, ast.Name):
                     yield f"{place}.{part.target.id}", part.target.id, part, False

@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from gradedesign.common.system.processor import settle_threads
+from gradedesign.common.values.shown_record import drawn_by
 
 if TYPE_CHECKING:
     from gradedesign.common.system.progress import report_step
@@ -115,7 +116,7 @@ if TYPE_CHECKING:
     from gradedesign.pipeline import run
     from gradedesign.program.host.command import Command
     from gradedesign.program.host.markers import hookimpl
-    from gradedesign.program.host.read_case import load_case
+    from gradedesign.program.host.read_case import load_case, load_part
     from gradedesign.program.outputs.analysed_model import AnalysedModel, ModelStep
     from gradedesign.program.outputs.output import FinishedRun, Output
 
@@ -228,6 +229,7 @@ __all__ = [
     "in_threads",
     "lattice_field",
     "load_case",
+    "load_part",
     "meet",
     "natural",
     "nearest_on_triangle",
@@ -255,7 +257,7 @@ __all__ = [
 #: Where the public names live; they are imported when first asked for, so that a command or a
 #: plugin loads what it uses and no more.
 _HOMES = {
-    "program.host.read_case": "load_case",
+    "program.host.read_case": "load_case load_part",
     "mechanics.limits.limits_schema": "Allowed LimitEntry SolidMultiple as_multiple in_number "
     "stated_words",
     "geometry.lattice.component": "CellComponent CutComponent SolidComponent",
@@ -335,6 +337,16 @@ def __getattr__(name: str) -> Any:
     value = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
     globals()[name] = value
     return value
+
+
+def _drawn(record: object) -> str | None:
+    """A record as a notebook shows it; drawing loads the program's rooms, so only when asked."""
+    from gradedesign.program.commands.notebook import notebook_html
+
+    return notebook_html(record)
+
+
+drawn_by(_drawn)
 
 
 def __dir__() -> list[str]:

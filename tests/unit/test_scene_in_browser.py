@@ -11,6 +11,7 @@ from matplotlib.image import imread
 from gradedesign import load_case
 from gradedesign.design.resolve.shown_case import shown_case
 from gradedesign.design.verdict.result import RunResult
+from gradedesign.geometry.part.box import box_surface
 from gradedesign.mechanics.explicit.analysis import SurfaceFields
 from gradedesign.program.commands.preview import case_preview
 from gradedesign.program.host.registry import build_registry
@@ -99,8 +100,7 @@ def drawn(page):
     frames = None
     while frames != (frames := page.locator("section.scene").get_attribute("data-drawn")):
         page.wait_for_timeout(250)
-    picture = page.locator("canvas").screenshot()
-    return np.rint(255 * imread(BytesIO(picture), format="png")[5:-5, 5:-5, :3])
+    return pixels(page.locator("canvas"))
 
 
 def changed(first, second):
@@ -293,3 +293,22 @@ def test_without_webgl_the_still_picture_stands(opened, bracket):
     assert still.is_visible()
     assert page.get_by_text("a still picture stands for the scene").is_visible()
     assert still.evaluate("image => image.naturalWidth") == 1200
+
+
+def test_a_notebook_turns_the_scene_in_a_frame_of_no_origin(opened, tmp_path):
+    """As JupyterLab shows it: the record's HTML in the document of the notebook."""
+    path = tmp_path / "cell.html"
+    surface = box_surface((2.0, 3.0, 5.0))
+    path.write_text(f"<!doctype html><meta charset=utf-8>{surface._repr_html_()}", "utf-8")
+    page = opened(path, 1000, 600)
+    frame = page.frame_locator("iframe")
+    frame.locator(".stage.live").wait_for(timeout=60_000)
+    first = pixels(frame.locator("canvas"))
+    assert len(np.unique(first.reshape(-1, 3), axis=0)) > 10
+    frame.get_by_role("button", name="Look along x").click()
+    page.wait_for_timeout(500)
+    assert changed(first, pixels(frame.locator("canvas"))) > 0.05
+
+
+def pixels(canvas):
+    return np.rint(255 * imread(BytesIO(canvas.screenshot()), format="png")[5:-5, 5:-5, :3])

@@ -15,6 +15,7 @@ from typing import Any, ClassVar, NamedTuple, TypeVar
 from pydantic import Field, SerializeAsAny, create_model
 
 from gradedesign.common.values.locate import Where
+from gradedesign.common.values.shown_record import ShownRecord
 from gradedesign.common.values.table import Table
 from gradedesign.common.values.units import DIMENSIONS
 from gradedesign.common.values.value_types import Name, RegionName
@@ -110,7 +111,7 @@ class CaseName(NamedTuple):
     """See `Case.case_hash`."""
 
 
-class Case(Table):
+class Case(ShownRecord, Table):
     """A case as read: the tables of its file, where it lies, and its identity."""
 
     name: str

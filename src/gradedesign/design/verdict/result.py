@@ -7,10 +7,12 @@ from dataclasses import asdict, dataclass, field, fields
 from math import isfinite
 from pathlib import Path
 from textwrap import shorten
-from typing import Any
+from typing import Any, Literal
 
+from gradedesign.common.values.shown_record import ShownRecord, frame_of
 from gradedesign.design.check.price import PricedBody
 from gradedesign.design.loop.iteration_row import Iteration, iteration_from_json
+from gradedesign.errors import CaseError
 from gradedesign.mechanics.limits.row import LimitRow, row_from_json
 
 #: Limits and warnings that `repr` shows, so that it fits in a terminal of 24 lines. Chosen.
@@ -20,7 +22,7 @@ _COLUMNS = 160
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class RunResult:
+class RunResult(ShownRecord):
     """Outcome of a run.
 
     Attributes
@@ -134,6 +136,27 @@ class RunResult:
         lightest = ", lightest" if self.lightest else ""
         return f"{self.status.upper()}{lightest}: {self.reason}"
 
+    def to_frame(self, rows: Literal["limits", "solid", "iterations", "bodies"] = "limits") -> Any:
+        """The limits, or other rows of the result, as a pandas ``DataFrame``.
+
+        Parameters
+        ----------
+        rows : {"limits", "solid", "iterations", "bodies"}
+            ``solid``: the limits on the fully solid part. ``bodies``: what others would weigh.
+
+        Raises
+        ------
+        CaseError
+            If there are no such rows, or pandas is not installed.
+        """
+        if rows in ("limits", "solid"):
+            return frame_of([_limit_row(row) for row in getattr(self, rows)])
+        if rows == "iterations":
+            return frame_of([_iteration_row(iteration) for iteration in self.iterations])
+        if rows == "bodies":
+            return frame_of([asdict(body) for body in self.bodies])
+        raise CaseError(f"rows is {rows!r}; expected one of limits, solid, iterations, bodies")
+
     def __repr__(self) -> str:
         """Verdict, mass, the most used limits, warnings and folder; the rest is in the fields."""
         verdict = f"{self.status}, lightest" if self.lightest else self.status
@@ -157,6 +180,23 @@ def _shortened(lines: Sequence[str], most: int, what: str) -> list[str]:
     """The first lines, and how many more there are."""
     more = len(lines) - most
     return [*lines[:most], *([f"and {more} more {what}"] if more > 0 else [])]
+
+
+def _limit_row(row: LimitRow) -> dict[str, Any]:
+    """A limit in a row: what is compared, which end of its band decides, and whether it holds."""
+    data = {k: v for k, v in asdict(row).items() if k not in ("key", "band")}
+    low, high = (None, None) if row.band is None else (row.band.low, row.band.high)
+    judged = {"decisive": row.decisive, "utilisation": row.utilisation, "passed": row.passed}
+    return {**data, "low": low, "high": high, **judged}
+
+
+def _iteration_row(iteration: Iteration) -> dict[str, Any]:
+    """An iteration in a row, with predicted and explicit value of every limit."""
+    row = {k: v for k, v in asdict(iteration).items() if k not in ("limits", "timing_s")}
+    for limit in iteration.limits:
+        for what in ("predicted", "explicit", "discrepancy"):
+            row[f"{limit.label}, {what}"] = getattr(limit, what)
+    return row
 
 
 def from_json(data: Mapping[str, Any]) -> RunResult:

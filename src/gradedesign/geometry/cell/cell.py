@@ -9,13 +9,14 @@ from types import MappingProxyType
 import numpy as np
 
 from gradedesign.arrays import FloatArray, lock
+from gradedesign.common.values.shown_record import ShownRecord
 from gradedesign.errors import DensityError, blaming
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.strut_axes import StrutAxes
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Cell:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Cell(ShownRecord):
     """A family with its parameters, and the monotone relation of its level and density.
 
     Made by `calibration.calibrate`, once for a process.

@@ -10,14 +10,15 @@ from types import MappingProxyType
 from typing import Literal, get_args
 
 from gradedesign.arrays import FloatArray
+from gradedesign.common.values.shown_record import ShownRecord
 from gradedesign.errors import PluginError
 from gradedesign.geometry.cell.strut_axes import StrutAxes
 
 Symmetry = Literal["cubic", "tetragonal", "orthotropic", "none"]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class CellFamily:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class CellFamily(ShownRecord):
     """A family of lattice cells, ordered by one level.
 
     The solid is ``shape(u, **parameters) <= t``; relative density is the distribution of the

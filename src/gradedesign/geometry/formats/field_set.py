@@ -9,10 +9,11 @@ from typing import Any
 from numpy.typing import NDArray
 
 from gradedesign.arrays import FloatArray
+from gradedesign.common.values.shown_record import ShownRecord
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FieldSet:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class FieldSet(ShownRecord):
     """Fields of a run on one mesh.
 
     Attributes

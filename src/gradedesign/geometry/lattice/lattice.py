@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
+from gradedesign.common.values.shown_record import ShownRecord
 from gradedesign.errors import LatticeError
 from gradedesign.geometry.cell.cells import Cells
 from gradedesign.geometry.lattice.density_grid import DensityGrid, evaluate
@@ -15,8 +16,8 @@ from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.solid_layers import solid_layers, united
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LatticeDesign:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class LatticeDesign(ShownRecord):
     """Everything that defines one lattice.
 
     Attributes

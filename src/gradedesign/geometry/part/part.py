@@ -15,6 +15,7 @@ import numpy as np
 
 from gradedesign.common.values.locate import Where, locating
 from gradedesign.common.values.plugins_by_name import supplied_by
+from gradedesign.common.values.shown_record import ShownRecord
 from gradedesign.common.values.suggest import instead
 from gradedesign.errors import CaseError
 from gradedesign.geometry.part._region_notes import region_notes
@@ -42,8 +43,8 @@ Reader: TypeAlias = Callable[[Path], RawTriangles]
 _NO_BODIES: Mapping[str, BodySpec] = MappingProxyType({})
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Part:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Part(ShownRecord):
     """The solid part.
 
     Attributes

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray, lock
+from gradedesign.common.values.shown_record import ShownRecord
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class TetMesh:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class TetMesh(ShownRecord):
     """Straight-sided tetrahedra of positive volume.
 
     Attributes

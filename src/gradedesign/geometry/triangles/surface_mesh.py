@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray, lock
+from gradedesign.common.values.shown_record import ShownRecord
 from gradedesign.geometry.triangles._surface_mesh_kernels import signed_volume
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SurfaceMesh:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class SurfaceMesh(ShownRecord):
     """Triangles over shared vertices, outward oriented where closed.
 
     Attributes

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.common.values.shown_record import ShownRecord
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
@@ -140,8 +141,8 @@ class StressSample:
     stress: FloatArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SurfaceFields:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class SurfaceFields(ShownRecord):
     """The surface of a solved solid in one load case, for pictures.
 
     Attributes

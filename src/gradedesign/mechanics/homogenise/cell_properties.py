@@ -10,6 +10,7 @@ import scipy.linalg
 
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import report_step, stepping
+from gradedesign.common.values.shown_record import ShownRecord
 from gradedesign.errors import SolverError
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.family import Symmetry
@@ -45,8 +46,8 @@ _SEED = 20261121
 _CUBIC_SLACK = 0.02
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class CellProperties:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class CellProperties(ShownRecord):
     """Computed properties of a cell at one density.
 
     Attributes

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.common.values.shown_record import ShownRecord, frame_of
 from gradedesign.errors import PluginError
 from gradedesign.mechanics.material.buckling_table import (
     BucklingTable,
@@ -22,11 +23,13 @@ from gradedesign.mechanics.material.strength_surface import StrengthSurface
 #: Changes whenever a table written by an older version could not be read as it was meant.
 FORMAT = 1
 
+#: Moduli of the columns of `PropertyTable.to_frame`, in the order of Voigt.
+_MODULI = ("E_x", "E_y", "E_z", "G_yz", "G_xz", "G_xy")
 _UPPER = np.triu_indices(6)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PropertyTable:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class PropertyTable(ShownRecord):
     """Effective stiffness and strength of one cell at some densities.
 
     Attributes
@@ -119,6 +122,27 @@ class PropertyTable:
                 f"property table '{self.name}' needs two or more increasing positive densities, "
                 f"found {self.density.tolist()}"
             )
+
+    def to_frame(self) -> Any:
+        """Stiffness and strength over the base material's by density, as a pandas ``DataFrame``.
+
+        ``E_x`` to ``nu_xy`` follow from the stiffness: moduli along the axes of the cell.
+
+        Raises
+        ------
+        CaseError
+            If pandas is not installed.
+        """
+        compliance = np.linalg.inv(self.stiffness)
+        moduli = 1.0 / np.diagonal(compliance, axis1=1, axis2=2)
+        columns = {"density": self.density, **dict(zip(_MODULI, moduli.T, strict=True))}
+        columns |= {"nu_xy": -compliance[:, 0, 1] * moduli[:, 0], "strength": self.strength}
+        columns |= {name: getattr(self, name) for name in ("stiffness_error", "strength_error")}
+        columns |= {"resolution": self.resolution}
+        columns |= {f"factor {name}": values for name, values in self.factors.items()}
+        numbers = range(self.density.size)
+        rows = [{name: values[k].item() for name, values in columns.items()} for k in numbers]
+        return frame_of([{"cell": self.family, **row} for row in rows])
 
 
 def write_property_table(table: PropertyTable) -> str:

@@ -57,15 +57,19 @@ class Preview:
     def page(self, watch: str = "") -> str:
         """The page; a served one asks whether ``watch`` still holds, and loads again if not."""
         data: dict[str, Any] = {"title": self.title, "watch": watch}
-        still = None
         if self.shown is not None:
             data |= case_scene(self.shown, self.title)
-            still = case_still(self.shown, f"Loading of {self.title}")
         if self.problem is not None:
             data["places"] = [list(map(float, at)) for at in _PLACE.findall(self.problem.message)]
-        return scene_page(data, still, words=[self._words()], problem=self.problem)
+        return scene_page(data, self.still, words=[self.words], problem=self.problem)
 
-    def _words(self) -> str:
+    @property
+    def still(self) -> bytes | None:
+        """PNG of the loading; None without a part."""
+        return None if self.shown is None else case_still(self.shown, f"Loading of {self.title}")
+
+    @property
+    def words(self) -> str:
         """The line below the title."""
         if self.shown is None:
             return "its part cannot be shown yet"
@@ -87,14 +91,15 @@ class RunPreview:
     Attributes
     ----------
     scene : mapping
-    verdict : str
+    words : str
+        The verdict.
     still : bytes or None
         PNG of the printed body, or of what the run came to.
     read : tuple of Path
     """
 
     scene: Mapping[str, Any]
-    verdict: str
+    words: str
     still: bytes | None
     read: tuple[Path, ...]
 
@@ -102,7 +107,7 @@ class RunPreview:
 
     def page(self, watch: str = "") -> str:
         """The page, as of a case."""
-        return scene_page({**self.scene, "watch": watch}, self.still, words=[self.verdict])
+        return scene_page({**self.scene, "watch": watch}, self.still, words=[self.words])
 
 
 def run_preview(folder: Path) -> RunPreview:
@@ -116,7 +121,7 @@ def run_preview(folder: Path) -> RunPreview:
     result, scene = stored_result(folder), stored_scene(folder)
     return RunPreview(
         scene=scene,
-        verdict=result.verdict,
+        words=result.verdict,
         still=stored_still(result),
         read=(folder / RESULT_NAME,),
     )
@@ -146,11 +151,11 @@ def case_preview(path: Path, registry: Registry, *, allow_outside: bool) -> Prev
             alone = part_alone(read_toml(file)[0], context, registry, Where(file=file.name))
             if alone is not None:
                 read, shown = (file, *part_files(alone[0])), CaseShown(part=alone[1])
-    problem = None if mistake is None else _problem(file, mistake)
+    problem = None if mistake is None else problem_at(file, mistake)
     return Preview(shown=shown, title=title, problem=problem, read=read)
 
 
-def _problem(file: Path, error: GradeDesignError) -> Problem:
+def problem_at(file: Path, error: GradeDesignError) -> Problem:
     """An error with the lines of the case that it names."""
     named = {int(n) for n in re.findall(rf"{re.escape(file.name)}:(\d+)", str(error))}
     try:

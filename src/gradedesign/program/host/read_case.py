@@ -8,8 +8,10 @@ from typing import Any
 
 from gradedesign.design.case import read_case
 from gradedesign.design.case.schema import Brought, Case
+from gradedesign.design.resolve.fitting_part import installed_part
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.geometry.lattice.component_kind import component_entries
+from gradedesign.geometry.part.part import Part
 from gradedesign.mechanics.limits.kinds import limit_entries
 from gradedesign.program.host.registry import build_registry
 
@@ -48,6 +50,28 @@ def load_case(
     return read_case.load_case(
         path, allow_outside=allow_outside, brought=lambda: brought_by(registry), values=values
     )
+
+
+def load_part(
+    path: str | Path, *, allow_outside: bool = False, registry: Registry | None = None
+) -> Part:
+    """Read the part of a case, repaired and with the regions that the case names.
+
+    Parameters
+    ----------
+    path, allow_outside
+        As `load_case` takes them.
+    registry : Registry, optional
+        Readers and repairers; the installed ones by default.
+
+    Raises
+    ------
+    CaseError, PartError, ResourceError, PluginError
+        Whatever is wrong, with file, line and key.
+    """
+    registry = build_registry() if registry is None else registry
+    case = load_case(path, allow_outside=allow_outside, registry=registry)
+    return installed_part(case, registry)
 
 
 def brought_by(registry: Registry | None) -> Brought:

@@ -106,6 +106,12 @@ def loads_still(
     return _drawn(_loads_scene(surface, regions, actions, title, note), title)[0]
 
 
+def surface_still(surface: SurfaceMesh, title: str) -> bytes | None:
+    """A surface as PNG bytes, for a page; None where it could not be drawn."""
+    layer = Layer(vertices=surface.vertices, faces=surface.faces, colour="#7f9fbf")
+    return _drawn(Scene(title=title, layers=(layer,)), title)[0]
+
+
 def _loads_scene(
     surface: SurfaceMesh,
     regions: Sequence[RegionMark],

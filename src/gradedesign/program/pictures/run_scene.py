@@ -9,20 +9,21 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import FloatArray, plain_vector
 from gradedesign.common.system.progress import report_step
 from gradedesign.design.resolve.shown_case import CaseShown
 from gradedesign.errors import MeshError
 from gradedesign.geometry.tets.point_location import locate
 from gradedesign.geometry.tets.tet_mesh import TetMesh
+from gradedesign.geometry.triangles._surface_mesh_kernels import corners_of_box
 from gradedesign.geometry.triangles.boolean import fewer_triangles
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
 from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree, closest_triangles
 from gradedesign.mechanics.explicit.analysis import SurfaceFields
 from gradedesign.program.pictures.case_scene import case_scene
-from gradedesign.program.pictures.packed import packed_mesh, quantised
+from gradedesign.program.pictures.packed import packed, packed_mesh, quantised
 from gradedesign.program.pictures.pictures import SHOWN_SHIFT, round_factor
-from gradedesign.program.pictures.scene import Layer, thinned
+from gradedesign.program.pictures.scene import Layer, sharp_edges, thinned
 from gradedesign.program.pictures.volume import scalar_data, volume_of
 
 #: Triangles of a body in a page, which software draws in two seconds, and of one that carries
@@ -81,6 +82,29 @@ def run_scene(run: RunShown, title: str) -> dict[str, Any]:
         views.append(_DENSITY_VIEW)
     last, *others = data["views"]
     return {**data, "views": [*views, *others, last]}
+
+
+def surface_scene(
+    surface: SurfaceMesh, title: str, analysed: Mapping[str, SurfaceFields] | None = None
+) -> dict[str, Any]:
+    """Data of the scene of a surface alone, with fields by load case where there are any."""
+    drawn, words = _drawn_surface(surface, _MOST)
+    low, high = corners_of_box(surface.vertices)
+    edges = sharp_edges(Layer(vertices=drawn.vertices, faces=drawn.faces))
+    # One view, of a body without faces of its own, regions or loads.
+    view = {"id": "printed", "title": "Surface", "body": "part", "note": words}
+    data: dict[str, Any] = {
+        "title": title,
+        "box": [plain_vector(low), plain_vector(high)],
+        "part": {**packed_mesh(drawn), "labels": packed(np.zeros(len(drawn.faces), np.int64), 32)},
+        "edges": quantised(edges.reshape(-1, 3)),
+        "faces": [], "regions": [], "cases": [], "volumes": {}, "views": [view],
+    }  # fmt: skip
+    if analysed:
+        data["analysed"], words = _analysed_data(analysed)
+        views = [{**each, "note": words} for each in _FIELD_VIEWS]
+        data |= {"limit": None, "views": [*views, view]}
+    return data
 
 
 _FIELD_VIEWS = (
