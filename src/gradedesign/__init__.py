@@ -29,12 +29,10 @@ if TYPE_CHECKING:
         ResourceError,
         SolverError,
     )
-    from gradedesign.geometry.cell.family import CellFamily
+    from gradedesign.geometry.cell.family import CellFamily, StrutAxes
     from gradedesign.geometry.cell.maker import CellMaker
-    from gradedesign.geometry.cell.strut_axes import StrutAxes
     from gradedesign.geometry.contour.sample import checked_values
-    from gradedesign.geometry.formats.exporter import Exporter, PlannedPrint
-    from gradedesign.geometry.formats.field_set import FieldSet
+    from gradedesign.geometry.formats.exporter import Exporter, FieldSet, PlannedPrint
     from gradedesign.geometry.formats.printed_lattice import PrintedLattice, SampledPrint
     from gradedesign.geometry.formats.read_back import require_read_back
     from gradedesign.geometry.formats.write_stl import float32_vertices
@@ -66,8 +64,7 @@ if TYPE_CHECKING:
         without_cutters,
     )
     from gradedesign.geometry.part.exact_surface import ExactSurface
-    from gradedesign.geometry.part.file_body import FileBody
-    from gradedesign.geometry.part.file_faces import FileFaces
+    from gradedesign.geometry.part.file_faces import FileBody, FileFaces
     from gradedesign.geometry.part.part_path import IMAGES, natural, slices_with
     from gradedesign.geometry.part.raw_triangles import UNIT_MM, RawTriangles, raw_triangles
     from gradedesign.geometry.part.reader import FileRequest, PartReader
@@ -278,9 +275,8 @@ _HOMES = {
     "mechanics.limits.state": "HomogenisedState Predicted Response",
     "geometry.part.part_path": "IMAGES natural slices_with",
     "geometry.maps.cell_map": "CellMap",
-    "geometry.cell.family": "CellFamily",
+    "geometry.cell.family": "CellFamily StrutAxes",
     "geometry.cell.maker": "CellMaker",
-    "geometry.cell.strut_axes": "StrutAxes",
     "errors": "CaseError DensityError GradeDesignError LatticeError MeshError PartError "
     "PluginError ResourceError SolverError",
     "design.printing.process": "Process Waviness",
@@ -300,15 +296,13 @@ _HOMES = {
     "geometry.tets.tet_mesh": "TetMesh signed_volumes",
     "geometry.triangles.surface_mesh": "SurfaceMesh",
     "program.outputs.analysed_model": "AnalysedModel ModelStep",
-    "geometry.formats.exporter": "Exporter PlannedPrint",
-    "geometry.formats.field_set": "FieldSet",
+    "geometry.formats.exporter": "Exporter FieldSet PlannedPrint",
     "program.outputs.output": "FinishedRun Output",
     "geometry.formats.read_back": "require_read_back",
     "geometry.formats.write_stl": "float32_vertices",
     "geometry.formats.printed_lattice": "PrintedLattice SampledPrint",
     "geometry.part.exact_surface": "ExactSurface",
-    "geometry.part.file_body": "FileBody",
-    "geometry.part.file_faces": "FileFaces",
+    "geometry.part.file_faces": "FileBody FileFaces",
     "geometry.part.raw_triangles": "RawTriangles UNIT_MM raw_triangles",
     "geometry.part.reader": "FileRequest PartReader",
     "geometry.part.signed_distance": "SurfaceDistance",

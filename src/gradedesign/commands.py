@@ -20,9 +20,8 @@ from gradedesign.design.verdict.result import RunResult, from_json
 from gradedesign.errors import blaming
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.program.commands.layout import say, wrapped
-from gradedesign.program.commands.named_cell import named_cell
 from gradedesign.program.commands.on_dask import Cluster, has_dask, on_dask
-from gradedesign.program.commands.plugins import registry_for
+from gradedesign.program.commands.plugins import named_cell, registry_for
 from gradedesign.program.commands.progress_lines import ProgressLines
 from gradedesign.program.commands.show import print_files, print_json, print_table, print_text
 from gradedesign.program.host.registry import build_registry

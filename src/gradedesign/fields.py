@@ -18,9 +18,7 @@ from gradedesign.geometry.fields.algebra import (
     union,
 )
 from gradedesign.geometry.fields.compiled_values import compiled_values
-from gradedesign.geometry.fields.filleted_segments import periodic_filleted_segments
-from gradedesign.geometry.fields.graph import bond_graph, graph_segments
-from gradedesign.geometry.fields.graph_symmetry import segment_symmetry
+from gradedesign.geometry.fields.graph import bond_graph, graph_segments, segment_symmetry
 from gradedesign.geometry.fields.level_set import level_set_points, periodic_distance_to_level_set
 from gradedesign.geometry.fields.near_segments import (
     NearSegments,
@@ -31,6 +29,7 @@ from gradedesign.geometry.fields.periodic_spline import Interpolation, periodic_
 from gradedesign.geometry.fields.segment_distance import (
     periodic_distance_to_graph,
     periodic_distance_to_segments,
+    periodic_filleted_segments,
 )
 
 __all__ = [

@@ -19,9 +19,9 @@ from gradedesign.common.system.progress import Listener, ignore
 from gradedesign.design.case.schema import Case
 from gradedesign.design.check.price import PricedBody, price_of_lattice, why_lattice
 from gradedesign.design.loop.accepted import Accepted, accept_design, judge_stress
+from gradedesign.design.loop.accepted_rows import best_rows
 from gradedesign.design.loop.analysed import Analysed, analyse_cells
 from gradedesign.design.loop.announce import Announcer
-from gradedesign.design.loop.best_rows import best_rows
 from gradedesign.design.loop.bodies import variant_spreads
 from gradedesign.design.loop.designed import with_design
 from gradedesign.design.loop.ended import why_ended
@@ -34,9 +34,8 @@ from gradedesign.design.loop.run_cost import RunCost, no_time_for_more
 from gradedesign.design.loop.stated_print import stated_print
 from gradedesign.design.resolve.design_model import DesignModel, prepare
 from gradedesign.design.resolve.fitting_part import fitting_part
-from gradedesign.design.resolve.lattice_files import STL_NAME
+from gradedesign.design.resolve.lattice_files import STL_NAME, outer_records
 from gradedesign.design.resolve.oriented import oriented
-from gradedesign.design.resolve.outer_triangles import outer_records
 from gradedesign.design.resolve.own_cell import with_own_cell
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.size_effects import with_size_effects

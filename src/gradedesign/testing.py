@@ -20,8 +20,12 @@ from gradedesign.errors import PluginError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.family import CellFamily
-from gradedesign.geometry.cell.period import require_period
-from gradedesign.geometry.cell.shape import evaluate_shape, grid_nodes, spread_points
+from gradedesign.geometry.cell.shape import (
+    evaluate_shape,
+    grid_nodes,
+    require_period,
+    spread_points,
+)
 from gradedesign.geometry.cell.wall_size import wall_mm
 from gradedesign.geometry.fields.algebra import gradient
 from gradedesign.geometry.fields.segment_distance import periodic_distance_to_segments

@@ -7,7 +7,7 @@ import pytest
 
 from gradedesign.design.printing.as_built import as_built_surface, building_on, compensated_surface
 from gradedesign.design.printing.process import Process, Waviness
-from gradedesign.design.printing.process_library import builtin_processes
+from gradedesign.design.printing.process_schema import builtin_processes
 from gradedesign.geometry.contour.surface import extract_surface
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.triangles.printed_field import printed_field

@@ -13,9 +13,9 @@ from gradedesign.geometry.contour._side_kernels import (
 )
 from gradedesign.geometry.contour.surface import extract_surface
 from gradedesign.geometry.lattice import trim
-from gradedesign.geometry.lattice.cube_sides import CLEARANCE, cube_sides, where_wanted
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field, uncut_field
+from gradedesign.geometry.lattice.trim import CLEARANCE, cube_sides, where_wanted
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.signed_distance import surface_distance
 from gradedesign.geometry.triangles._grid_kernels import meets_box

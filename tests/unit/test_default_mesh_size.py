@@ -4,9 +4,13 @@ import pytest
 from small_parts import box_part, held_bar
 
 from gradedesign import load_case, run
-from gradedesign.design.resolve.default_mesh_size import LEAST_DOFS, MOST_DOFS, with_mesh_size
 from gradedesign.design.resolve.fitting_part import part_of
-from gradedesign.design.resolve.predicted_part_mesh import predicted_part_dofs
+from gradedesign.design.resolve.predicted_part_mesh import (
+    LEAST_DOFS,
+    MOST_DOFS,
+    predicted_part_dofs,
+    with_mesh_size,
+)
 
 
 def case_of(folder, edges, cell, more=""):

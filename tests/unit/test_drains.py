@@ -11,10 +11,9 @@ from gradedesign.design.case.read_case import load_case
 from gradedesign.design.resolve.component_place import component_place
 from gradedesign.design.resolve.fitting_part import part_of
 from gradedesign.errors import CaseError, ResourceError
-from gradedesign.geometry.lattice import closed_voids as module
-from gradedesign.geometry.lattice.closed_voids import closed_voids
 from gradedesign.geometry.lattice.component_kind import with_cuts
-from gradedesign.geometry.lattice.components.drain import Drain
+from gradedesign.geometry.lattice.components import drain as module
+from gradedesign.geometry.lattice.components.drain import Drain, closed_voids
 from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field

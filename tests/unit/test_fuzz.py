@@ -23,7 +23,7 @@ from gradedesign.design.resolve.own_cell import with_own_cell
 from gradedesign.design.resolve.resolve import lookup, resolve_material
 from gradedesign.errors import GradeDesignError
 from gradedesign.geometry.lattice.density_source import sample_density
-from gradedesign.geometry.lattice.formula_density import formula_field
+from gradedesign.geometry.lattice.density_value import formula_field
 from gradedesign.geometry.lattice.tet_density import tet_density
 from gradedesign.geometry.tets.tet_mesh import TetMesh
 from gradedesign.program.host.registry import build_registry

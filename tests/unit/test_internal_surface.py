@@ -13,8 +13,8 @@ from gradedesign.geometry.formats.write_stl import surface_of_stl, write_stl
 from gradedesign.geometry.lattice.components.drain import Drain
 from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.domain import DesignDomain
-from gradedesign.geometry.lattice.internal_surface import surface_behind_skin
 from gradedesign.geometry.lattice.lattice import LatticeDesign
+from gradedesign.geometry.lattice.printed_surface import surface_behind_skin
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.signed_distance import surface_distance
 from gradedesign.geometry.triangles.crossings import TOUCHING, crossing_triangles

@@ -11,7 +11,7 @@ from scipy.sparse import identity
 from gradedesign.design.resolve.member_size import with_member_size
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cells import single
-from gradedesign.geometry.cell.void_cell import VOID
+from gradedesign.geometry.cell.family import VOID
 from gradedesign.geometry.lattice.component import LATTICE, MEMBER
 from gradedesign.geometry.lattice.components.members import solid_members
 from gradedesign.geometry.lattice.components.void import Void

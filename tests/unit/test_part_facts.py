@@ -9,9 +9,9 @@ import pytest
 from gradedesign.design.case.read_case import load_case
 from gradedesign.design.case.schema import LoadSpec, RegionSpec
 from gradedesign.design.resolve.fitting_part import part_of
-from gradedesign.design.resolve.free_motions import require_supported
 from gradedesign.design.resolve.part_tets import part_tets
 from gradedesign.design.resolve.predicted_part_mesh import least_part_dofs, predicted_part_dofs
+from gradedesign.design.resolve.support_conflicts import require_supported
 from gradedesign.errors import CaseError
 from gradedesign.geometry.formats.read_stl import read_stl
 from gradedesign.geometry.formats.write_stl import write_stl

@@ -7,7 +7,7 @@ from skfem import Basis, BilinearForm, ElementHex1, LinearForm, MeshHex
 from skfem.helpers import dot, grad
 
 from gradedesign.errors import CaseError, DensityError, ResourceError
-from gradedesign.geometry.maps import phase_fields, size_tolerance
+from gradedesign.geometry.maps import phase_fields, size_law
 from gradedesign.geometry.maps._phase_kernels import (
     centre_gradients,
     divergence,
@@ -15,8 +15,7 @@ from gradedesign.geometry.maps._phase_kernels import (
 )
 from gradedesign.geometry.maps.cell_map import uniform_map
 from gradedesign.geometry.maps.map_report import volume_points
-from gradedesign.geometry.maps.phase_fields import default_spacing, graded_size_map
-from gradedesign.geometry.maps.phase_poisson import box_solver
+from gradedesign.geometry.maps.phase_fields import box_solver, default_spacing, graded_size_map
 
 COUNT, STEPS = (5, 4, 3), np.array([2.0, 3.0, 1.5])
 NODES = tuple(n + 1 for n in COUNT)
@@ -139,7 +138,7 @@ def energy(cell_map):
 
 def test_rotations_lower_the_energy(monkeypatch):
     # Weighing size against angles afterwards has another aim.
-    monkeypatch.setattr(size_tolerance, "NEAR_SHARE", 2.0)
+    monkeypatch.setattr(size_law, "NEAR_SHARE", 2.0)
     found = [energy(graded_size_map(size_of, *BOX, spacing=3.0, iterations=n)) for n in (0, 1, 4)]
     assert found[1] < 0.9 * found[0]
     assert found[2] < 0.9 * found[1]

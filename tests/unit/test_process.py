@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gradedesign.design.printing.process import Process, surface_offset
-from gradedesign.design.printing.process_library import builtin_processes
+from gradedesign.design.printing.process_schema import builtin_processes
 
 SHIPPED = {process.name: process for process in builtin_processes()}
 

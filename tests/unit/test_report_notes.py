@@ -6,8 +6,7 @@ from html import unescape
 
 import pytest
 
-from gradedesign.design.verdict.result import RunResult
-from gradedesign.design.verdict.scope_words import scope_words
+from gradedesign.design.verdict.result import RunResult, scope_words
 from gradedesign.mechanics.limits.banded import Banded
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.row import LimitRow

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gradedesign.geometry.maps import size_tolerance
+from gradedesign.geometry.maps import size_law
 from gradedesign.geometry.maps.map_report import map_report, volume_points
 from gradedesign.geometry.maps.phase_fields import graded_size_map
 
@@ -24,7 +24,7 @@ def report(size_of):
 
 def test_sizes_are_kept_better_for_a_little_shear(monkeypatch):
     after = report(bump)
-    monkeypatch.setattr(size_tolerance, "NEAR_SHARE", 2.0)
+    monkeypatch.setattr(size_law, "NEAR_SHARE", 2.0)
     before = report(bump)
     assert before.size_error.within_5 < after.size_error.within_5 - 0.02
     assert after.size_error.within_10 >= before.size_error.within_10
@@ -44,7 +44,7 @@ def test_sizes_that_no_map_follows_are_left_as_they_are(monkeypatch):
         return 25 + 75 * np.clip(points[1] / 100, 0, 1)
 
     after = report(wide)
-    monkeypatch.setattr(size_tolerance, "NEAR_SHARE", 2.0)
+    monkeypatch.setattr(size_law, "NEAR_SHARE", 2.0)
     assert report(wide) == after
 
 
@@ -52,6 +52,6 @@ def test_rows_within_the_tolerances_are_not_moved():
     rng = np.random.default_rng(907)
     near = np.eye(3) * rng.uniform(0.985, 1.015, (50, 3, 1)) + rng.uniform(-5e-3, 5e-3, (50, 3, 3))
     frame = np.repeat(np.eye(3)[None], 50, 0)
-    np.testing.assert_allclose(size_tolerance._allowed(near, frame), near, atol=1e-12)
-    far = size_tolerance._allowed(1.2 * near, frame)
+    np.testing.assert_allclose(size_law._allowed(near, frame), near, atol=1e-12)
+    far = size_law._allowed(1.2 * near, frame)
     np.testing.assert_allclose(np.linalg.norm(far, axis=-1), 1 / 0.98)

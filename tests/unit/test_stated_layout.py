@@ -9,7 +9,7 @@ from small_parts import WALLS
 from gradedesign.design.case.read_case import load_case
 from gradedesign.design.resolve.fitting_part import part_of
 from gradedesign.design.resolve.stated_density import stated_density
-from gradedesign.design.resolve.stated_layout import stated_layout
+from gradedesign.design.resolve.stated_lattice import stated_layout
 from gradedesign.errors import CaseError, DensityError, LatticeError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.family import CellFamily

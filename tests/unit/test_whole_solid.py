@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from gradedesign.design.acceptance.whole_solid import WholeStage, judge_whole
-from gradedesign.design.loop import best_rows
+from gradedesign.design.loop import accepted_rows
 from gradedesign.errors import LatticeError, ResourceError
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.row import LimitRow
@@ -180,13 +180,13 @@ def test_a_design_without_acceptance_has_bands_from_coarser_elements(monkeypatch
     """Its own analysis, of 1 mm, is not made again, and none finer; no band where those fail."""
     stand = Stand(slope=0.2, fails=fails)
     monkeypatch.setattr(
-        best_rows, "analyse_printed_solid", lambda _a, _s, at, _say: stand.analyse(at.spacing)
+        accepted_rows, "analyse_printed_solid", lambda _a, _s, at, _say: stand.analyse(at.spacing)
     )
     analysis = SimpleNamespace(name="finite-cells")
     predicted = SimpleNamespace(homogenised=True)
     best = SimpleNamespace(rows=(SimpleNamespace(homogenised=False), predicted))
     analysed = SimpleNamespace(result=stand.analyse(1.0), solid=None)
-    row, last = best_rows.best_rows((Tip(0.9),), analysis, best, analysed, None)
+    row, last = accepted_rows.best_rows((Tip(0.9),), analysis, best, analysed, None)
     assert last == predicted
     assert stand.tried == [1.0, 1.5, 1.2][: 3 if fails else 2]
     if 1.2 in fails:

@@ -16,7 +16,7 @@ from oracles.naive_size_map import naive_size_map
 
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.lattice.density_grid import DensityGrid, evaluate
-from gradedesign.geometry.maps import size_tolerance
+from gradedesign.geometry.maps import size_law
 from gradedesign.geometry.maps.map_report import map_report, require_unfolded, volume_points
 from gradedesign.geometry.maps.phase_fields import graded_size_map
 from gradedesign.geometry.maps.size_law import (
@@ -138,7 +138,7 @@ def test_sizes_of_an_own_design_are_kept():
 @pytest.mark.parametrize("law", ["ratio", "wall"])
 def test_finer_grid_changes_little(name, law, monkeypatch):
     # Of least squares alone: weighing stops after some passes, and leaves large grids as they are.
-    monkeypatch.setattr(size_tolerance, "NEAR_SHARE", 2.0)
+    monkeypatch.setattr(size_law, "NEAR_SHARE", 2.0)
     fine, coarse = (
         graded_size_map(wanted_size(name, law), LOWER, UPPER, spacing=step) for step in (5.0, 10.0)
     )

@@ -10,7 +10,7 @@ from gradedesign.errors import CaseError, DensityError
 from gradedesign.geometry.formats.vtu import write_vtu
 from gradedesign.geometry.lattice.density_grid import evaluate
 from gradedesign.geometry.lattice.density_source import sample_density
-from gradedesign.geometry.lattice.formula_density import formula_field
+from gradedesign.geometry.lattice.density_value import formula_field
 from gradedesign.geometry.lattice.tet_density import tet_density
 from gradedesign.geometry.tets.tet_mesh import TetMesh
 from gradedesign_volumes.image_stack import read_image_stack

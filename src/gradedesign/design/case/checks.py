@@ -13,11 +13,11 @@ from gradedesign.common.values.toml_lines import Key
 from gradedesign.common.values.value_types import Triple
 from gradedesign.design.case.material_checks import beyond_yield, material_warnings
 from gradedesign.design.case.schema import CaseFile
-from gradedesign.design.case.stated_checks import stated_problems
 from gradedesign.design.case.wall_checks import (
     feather_problems,
     grid_problems,
     outer_problems,
+    stated_problems,
     wall_problems,
 )
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec

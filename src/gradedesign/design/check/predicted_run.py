@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from gradedesign.design.acceptance.whole_resolution import first_spacing, judged_seconds
 from gradedesign.design.case.run_schema import RunSpec
 from gradedesign.design.loop.predicted_cost import CostPrediction, RunWork, predict_cost
+from gradedesign.design.loop.run_cost import require_solver_takes
 from gradedesign.design.loop.run_work import remeshed_tets
-from gradedesign.design.loop.solver_room import require_solver_takes
 from gradedesign.design.resolve.analysable import EXPECTED_SHARE, Analysable
 from gradedesign.design.resolve.analysable_lattice import analysable_lattice
 from gradedesign.design.resolve.plan import Plan, stated_zones

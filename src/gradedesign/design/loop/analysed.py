@@ -12,7 +12,7 @@ from gradedesign.design.loop.iteration_steps import (
     build_design,
     explicit_spacing,
 )
-from gradedesign.design.loop.planned_design import planned_design
+from gradedesign.design.loop.printed_stage import planned_design
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.wall_grading import wall_grading
 from gradedesign.geometry.lattice.cell_layout import CellLayout

@@ -10,8 +10,7 @@ import numpy as np
 from gradedesign.common.system.progress import report_step
 from gradedesign.design.loop.analysed import Analysed
 from gradedesign.design.printing.print_schema import PrintSpec
-from gradedesign.design.resolve.lattice_files import chord_tolerance
-from gradedesign.design.resolve.outer_triangles import keeps_outer, outer_records
+from gradedesign.design.resolve.lattice_files import chord_tolerance, keeps_outer, outer_records
 from gradedesign.design.resolve.plan import Plan
 from gradedesign.errors import LatticeError
 from gradedesign.geometry.contour.islands import Islands

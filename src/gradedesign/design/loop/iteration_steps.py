@@ -9,10 +9,9 @@ from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import report_step
 from gradedesign.design.loop.designed import with_design
 from gradedesign.design.resolve.analysable import grid_spacing
-from gradedesign.design.resolve.cell_choice import CellChoice
+from gradedesign.design.resolve.cell_choice import CellChoice, thinnest_wall
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.plan import Plan
-from gradedesign.design.resolve.thinnest_wall import thinnest_wall
 from gradedesign.errors import LatticeError
 from gradedesign.geometry.cell.cells import single
 from gradedesign.geometry.lattice.density_grid import DensityGrid

@@ -8,20 +8,24 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from gradedesign.common.system.limits import Deadline
+from gradedesign.common.values.locate import Where
 from gradedesign.design.case.run_schema import RunSpec
 from gradedesign.design.loop.accepted import Accepted
 from gradedesign.design.loop.announce import Announcer
 from gradedesign.design.loop.ended import require_time
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.predicted_cost import (
+    WITHIN,
     CostPrediction,
     RunWork,
     learned_speed,
     predict_cost,
 )
 from gradedesign.design.loop.run_work import run_work
-from gradedesign.design.loop.solver_room import require_solver_takes
 from gradedesign.design.resolve.design_model import DesignModel
+from gradedesign.errors import ResourceError
+from gradedesign.mechanics.explicit.tets import DOFS_PER_TET
+from gradedesign.mechanics.solver.linear_solver import LinearSolver
 
 #: Share of the time budget that what is no part of the verdict leaves. Chosen, not measured.
 _KEPT = 0.05
@@ -168,3 +172,34 @@ def _real_work(work: RunWork, iteration: DesignIteration) -> RunWork:
         whole_s=grown * work.whole_s,
         mesher_tets=int(grown * work.mesher_tets),
     )
+
+
+def require_solver_takes(
+    solver: LinearSolver, work: RunWork, submodels: int, where: Where, *, bricks: bool
+) -> tuple[str, ...]:
+    """Refuse a solver for which the systems of a run are too large, before any is assembled.
+
+    Each system is refused again by `LinearSolver.refusal` once it is there; this knows it as far as
+    it can be predicted. What is too large only by less than predictions are off is a warning.
+
+    Raises
+    ------
+    ResourceError
+        With file and line, the analysis and its unknowns.
+    """
+    # Submodels are about as large as each other; of the whole surface this is a part.
+    remeshed = int(DOFS_PER_TET * work.mesher_tets / submodels)
+    systems = {"the part": work.part_dofs}
+    systems["the printed surface as it is meshed again"] = remeshed
+    doubts = []
+    for name, unknowns in systems.items():
+        exact = name == "the part" and bricks
+        least = unknowns if exact else int(unknowns / WITHIN)
+        if words := solver.refusal(least):
+            about = "" if exact else "at least about "
+            raise ResourceError(
+                f"{where('run.solver')}: {name} has {about}{least} unknowns: {words}"
+            )
+        if words := solver.refusal(unknowns):
+            doubts.append(f"{where('run.solver')}: {name} has about {unknowns}: {words}")
+    return tuple(doubts)

@@ -12,8 +12,8 @@ from gradedesign.design.acceptance.submodel_choice import BUFFERS
 from gradedesign.design.acceptance.whole_resolution import first_spacing, judged_seconds
 from gradedesign.design.case.run_schema import RunSpec
 from gradedesign.design.loop.iteration_steps import explicit_spacing_for
-from gradedesign.design.loop.planned_design import planned_design
 from gradedesign.design.loop.predicted_cost import RunWork
+from gradedesign.design.loop.printed_stage import planned_design
 from gradedesign.design.resolve.cell_choice import CellChoice, cells_in_zones
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.plan import Plan

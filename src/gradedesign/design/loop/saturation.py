@@ -16,7 +16,7 @@ from gradedesign.design.loop.iteration_steps import (
 )
 from gradedesign.design.resolve.cell_choice import element_bounds
 from gradedesign.design.resolve.design_model import DesignModel
-from gradedesign.design.resolve.open_loads import open_regions, plate_key
+from gradedesign.design.resolve.load_balance import open_regions, plate_key
 from gradedesign.mechanics.fe.elastic_system import ElasticSystem
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.limit import Limit

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import tomllib
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from importlib import resources
 from typing import Annotated, ClassVar
 
 from pydantic import Field, model_validator
@@ -202,3 +204,10 @@ class ProcessSpec(MeasuredProcess):
                 'such as name = "lpbf-ti64-struts", or a table of what was measured'
             )
         return self
+
+
+def builtin_processes() -> Iterator[Process]:
+    """Published processes of ``processes.toml``, whose keys are those of ``[process]``."""
+    text = resources.files(__package__).joinpath("processes.toml").read_text("utf-8")
+    for name, table in tomllib.loads(text).items():
+        yield MeasuredProcess.model_validate(table).record(name)

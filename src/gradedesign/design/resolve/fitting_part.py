@@ -7,23 +7,28 @@ from collections.abc import Mapping
 import numpy as np
 
 from gradedesign.common.system.progress import report_step
-from gradedesign.common.values.locate import locating
+from gradedesign.common.values.direction import FRAMES
+from gradedesign.common.values.locate import Where, locating
 from gradedesign.design.case.schema import Case
-from gradedesign.design.printing.build_volume import require_fits
 from gradedesign.design.printing.print_checks import require_voxels_fit
-from gradedesign.design.resolve.default_mesh_size import with_mesh_size
-from gradedesign.design.resolve.free_motions import require_apart, require_supported
+from gradedesign.design.printing.print_schema import PrintSpec
 from gradedesign.design.resolve.lattice_files import lattice_files
 from gradedesign.design.resolve.member_size import edges_of_tets, with_member_size
 from gradedesign.design.resolve.part_readers import part_readers
 from gradedesign.design.resolve.part_repairer import part_repairer
-from gradedesign.design.resolve.predicted_part_mesh import require_mesh_fits
+from gradedesign.design.resolve.predicted_part_mesh import require_mesh_fits, with_mesh_size
 from gradedesign.design.resolve.registry import Registry
-from gradedesign.design.resolve.support_conflicts import require_agreeing
+from gradedesign.design.resolve.support_conflicts import (
+    require_agreeing,
+    require_apart,
+    require_supported,
+)
 from gradedesign.design.resolve.symmetry import with_symmetry
+from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.part_room import require_cells_fit
 from gradedesign.geometry.part.mended import Mend
 from gradedesign.geometry.part.part import Part, Reader, read_part
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.mechanics.limits.kinds import require_possible
 from gradedesign.mechanics.limits.limit_checks import require_displacements_fit
 
@@ -92,3 +97,31 @@ def part_of(case: Case, readers: Mapping[str, Reader], mend: Mend | None = None)
         bodies={key: body for key, body in named if body is not None},
         mend=mend,
     )
+
+
+def require_fits(spec: PrintSpec | None, surface: SurfaceMesh, where: Where) -> None:
+    """Refuse a part that is larger than ``[print] build_volume`` in its build direction.
+
+    Raises
+    ------
+    CaseError
+        With the extents of the part and the directions in which it would fit.
+    """
+    if spec is None or spec.build_volume is None:
+        return
+    room = np.array(spec.build_volume)
+    extents = {
+        name: np.ptp(surface.vertices @ np.array(frame, dtype=np.float64).T, axis=0)
+        for name, frame in FRAMES.items()
+    }
+    size = extents[spec.build_direction]
+    if (size <= room).all():
+        return
+    fitting = [name for name, extent in extents.items() if (extent <= room).all()]
+    advice = f"take build_direction {', '.join(fitting)}" if fitting else "no direction fits"
+    with locating(where, "print.build_volume"):
+        raise CaseError(
+            f"found a part of {' x '.join(f'{s:g}' for s in size)} mm, built towards "
+            f"{spec.build_direction}, in {' x '.join(f'{s:g}' for s in room)} mm; expected "
+            f"one that fits: {advice}"
+        )

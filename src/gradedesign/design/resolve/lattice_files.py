@@ -1,4 +1,4 @@
-"""The files of the printed lattice: the formats that a case states, and writing them."""
+"""The printed lattice in files: the formats a case states, and the part's own triangles."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,14 +19,15 @@ from gradedesign.common.values.plugins_by_name import supplied_by
 from gradedesign.common.values.suggest import instead
 from gradedesign.design.case.schema import CaseName
 from gradedesign.design.printing.print_schema import PrintSpec
-from gradedesign.design.resolve.outer_triangles import outer_records
 from gradedesign.design.resolve.registry import Registry, absent
 from gradedesign.errors import CaseError, blaming
 from gradedesign.geometry.formats.exporter import Exporter, PlannedPrint
 from gradedesign.geometry.formats.printed_lattice import PrintedLattice
+from gradedesign.geometry.formats.read_stl import binary_records
+from gradedesign.geometry.formats.write_stl import same_triangles
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.geometry.triangles.crossings import TOUCHING, crossing_triangles
-from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
 from gradedesign.mechanics.material.material import Material
 
 log = logging.getLogger(__name__)
@@ -172,3 +174,28 @@ def crossing_warnings(surface: SurfaceMesh) -> tuple[str, ...]:
         f"{len(pairs)} triangles of the printed surface pass through others by more than "
         f"{1e3 * TOUCHING:g} um, the first at ({at}) mm; a slicer may fill or drop something there",
     )
+
+
+def keeps_outer(spec: PrintSpec | None) -> bool:
+    """Whether the part's triangles stay as they are in the printed surface."""
+    return spec is not None and spec.outer == "cad"
+
+
+def outer_records(spec: PrintSpec | None, file: Path | None, part: SurfaceMesh) -> bytes:
+    """Triangles of the part as its binary STL file in mm holds them, 50 bytes each.
+
+    Empty where they are not kept, and where the file is another one or was mended: the part's
+    surface then has their values.
+    """
+    if not keeps_outer(spec) or file is None:
+        return b""
+    records = binary_records(file.read_bytes())
+    return records if same_triangles(records, corner_points(part)) else b""
+
+
+def outer_data(spec: PrintSpec | None, file: Path | None, part: SurfaceMesh) -> dict[str, Any]:
+    """Plain data on the triangles that are kept; empty where none are."""
+    if not keeps_outer(spec):
+        return {}
+    exactness = "bytes" if outer_records(spec, file, part) else "values"
+    return {"outer": {"triangles": len(part.faces), "kept": exactness}}

@@ -10,9 +10,8 @@ from gradedesign.common.values.locate import Where, locating
 from gradedesign.design.resolve.registry import Registry, lookup
 from gradedesign.errors import CaseError, PluginError
 from gradedesign.geometry.cell.calibration import calibrate
-from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.geometry.cell.family import VOID, CellFamily
 from gradedesign.geometry.cell.maker import make_cell
-from gradedesign.geometry.cell.void_cell import VOID
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.mechanics.material.void_law import VOID_LAW
 

@@ -19,9 +19,9 @@ from gradedesign.design.resolve.load_balance import (
     LoadBalance,
     balance_warnings,
     load_balances,
+    open_load_warnings,
     yielding_loads,
 )
-from gradedesign.design.resolve.open_loads import open_load_warnings
 from gradedesign.design.resolve.planned_law import PlannedLaw
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.resolve import (

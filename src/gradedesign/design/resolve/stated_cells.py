@@ -26,15 +26,14 @@ from gradedesign.geometry.cell.neck import joining_shift, measure_neck
 from gradedesign.geometry.cell.shape import complete_parameters
 from gradedesign.geometry.cell.wall_size import density_for_wall, wall_mm
 from gradedesign.geometry.contour.sample import grid_points
+from gradedesign.geometry.lattice.by_place_schema import ParameterMapSpec, TransitionSpec
 from gradedesign.geometry.lattice.components.zone import Zones
 from gradedesign.geometry.lattice.density_grid import DensityGrid, evaluate
 from gradedesign.geometry.lattice.density_source import sample_density
+from gradedesign.geometry.lattice.density_value import formula_field
 from gradedesign.geometry.lattice.domain import DesignDomain
-from gradedesign.geometry.lattice.formula_density import formula_field
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.lattice.local_level import local_level
-from gradedesign.geometry.lattice.parameter_map_schema import ParameterMapSpec
-from gradedesign.geometry.lattice.transition_schema import TransitionSpec
 from gradedesign.geometry.lattice.zone_schema import ZoneSpec
 
 #: The weight of a second family is kept on a grid with this many nodes per cell. Chosen, not

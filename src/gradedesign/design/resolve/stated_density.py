@@ -12,9 +12,9 @@ from gradedesign.design.resolve.registry import Registry, lookup
 from gradedesign.errors import CaseError, blaming
 from gradedesign.geometry.lattice.density_grid import DensityGrid
 from gradedesign.geometry.lattice.density_source import DensitySource, sample_density
+from gradedesign.geometry.lattice.density_value import formula_field
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.field_reader import DensityRequest, FieldReader
-from gradedesign.geometry.lattice.formula_density import formula_field
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 
 #: The density grid resolves a cell by this many nodes. Chosen, not measured.

@@ -9,8 +9,8 @@ from gradedesign.common.values.formula import parse_formula
 from gradedesign.common.values.locate import Where, locating
 from gradedesign.design.resolve.registry import Registry, lookup
 from gradedesign.errors import CaseError
+from gradedesign.geometry.lattice.density_value import formula_field
 from gradedesign.geometry.lattice.field_reader import FieldReader
-from gradedesign.geometry.lattice.formula_density import formula_field
 from gradedesign.geometry.maps.orientation_schema import OrientationSpec
 
 

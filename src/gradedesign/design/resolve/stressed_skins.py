@@ -26,7 +26,7 @@ from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.density_grid import density_grid_from_elements, evaluate
 from gradedesign.geometry.lattice.placed_layout import placed_layout
 from gradedesign.geometry.lattice.skin_schema import SkinSpec
-from gradedesign.geometry.part.face_places import face_places
+from gradedesign.geometry.part.place import face_places
 from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_facets, centroids, signed_volumes
 from gradedesign.mechanics.explicit.support_zones import evaluated_at
 from gradedesign.mechanics.fe.space import TetSpace

@@ -6,9 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from gradedesign.geometry.lattice.by_place_schema import ParameterMapSpec, TransitionSpec
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
-from gradedesign.geometry.lattice.parameter_map_schema import ParameterMapSpec
-from gradedesign.geometry.lattice.transition_schema import TransitionSpec
 from gradedesign.geometry.lattice.zone_schema import WeightedZone
 
 

@@ -19,10 +19,10 @@ from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.cells import Cells, cell_pair, largest_two, single
 from gradedesign.geometry.cell.neck import joining_shift, measure_neck
+from gradedesign.geometry.lattice.by_place_schema import TransitionSpec
 from gradedesign.geometry.lattice.cell_layout import CellLayout
 from gradedesign.geometry.lattice.components.zone import Zones, require_zones_used
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
-from gradedesign.geometry.lattice.transition_schema import TransitionSpec
 from gradedesign.geometry.lattice.zone_schema import ZoneSpec
 from gradedesign.mechanics.material.scaling_law import has_strength
 

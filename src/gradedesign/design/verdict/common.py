@@ -15,7 +15,7 @@ from gradedesign.design.resolve.resolve_law import buckling_basis, stress_basis
 from gradedesign.design.resolve.size_effects import why_periodic
 from gradedesign.design.resolve.symmetry import symmetry_data
 from gradedesign.design.verdict.zones import zone_data
-from gradedesign.geometry.part.file_body import file_body_data
+from gradedesign.geometry.part.file_faces import file_body_data
 from gradedesign.geometry.part.part import Part
 from gradedesign.mechanics.limits.verdict import unsure_words
 from gradedesign.mechanics.material.material import Material

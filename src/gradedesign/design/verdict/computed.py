@@ -11,7 +11,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.resolve.solid_stress import solid_field
 from gradedesign.design.verdict.shown import Shown
-from gradedesign.geometry.formats.field_set import FieldSet
+from gradedesign.geometry.formats.exporter import FieldSet
 from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.stress import von_mises
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel, built_density

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
+from gradedesign.arrays import FloatArray
 from gradedesign.design.acceptance.body_comparison import BodyComparison
 from gradedesign.design.loop.ended import TIGHT_END, Ended
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.mechanics.limits.row import LEAST_JUDGED, LimitRow
 from gradedesign.mechanics.limits.verdict import all_hold, worst_utilisation
 
@@ -62,3 +64,26 @@ def judged_on(comparison: BodyComparison) -> str:
         f"analysis, from which the file differs by {comparison.volume_difference:+.1%} in volume "
         f"and mass"
     )
+
+
+def mapping_data(lattice: LatticeSpec, variables: FloatArray) -> dict[str, float]:
+    """Factor on the stress of the solid part; nothing where another method sized."""
+    if not lattice.by_stress:
+        return {}
+    return {"stress_factor": float(variables[0])}
+
+
+def with_method(reason: str, mapping: Mapping[str, float]) -> str:
+    """A sentence with the method that sized, where it was the plain one.
+
+    Examples
+    --------
+    >>> with_method("every limit holds", {"stress_factor": 1.25})
+    'every limit holds; sized by stress-to-density: stress of the solid part times 1.25'
+    >>> with_method("every limit holds", {})
+    'every limit holds'
+    """
+    if not mapping:
+        return reason
+    factor = mapping["stress_factor"]
+    return f"{reason}; sized by stress-to-density: stress of the solid part times {factor:.3g}"

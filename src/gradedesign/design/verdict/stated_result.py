@@ -11,7 +11,7 @@ from gradedesign.design.acceptance.body import void_warnings
 from gradedesign.design.loop.stated_print import StatedPrint, SurfaceMeasures
 from gradedesign.design.printing.as_built_body import as_built_data, process_warnings
 from gradedesign.design.printing.print_schema import PrintSpec
-from gradedesign.design.resolve.outer_triangles import outer_data
+from gradedesign.design.resolve.lattice_files import outer_data
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.stated_lattice import StatedLattice
 from gradedesign.design.verdict.common import case_entries

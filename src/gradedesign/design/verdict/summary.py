@@ -17,17 +17,21 @@ from gradedesign.design.loop.ended import Ended
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.iteration_steps import predict
 from gradedesign.design.resolve.design_model import DesignModel
-from gradedesign.design.resolve.outer_triangles import outer_data
+from gradedesign.design.resolve.lattice_files import outer_data
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.verdict.acceptance_data import acceptance_data, measure_data
-from gradedesign.design.verdict.coarse_layers import coarse_layer
 from gradedesign.design.verdict.common import common_entries, latticed_mass, solid_mass
-from gradedesign.design.verdict.mapping import mapping_data, with_method
 from gradedesign.design.verdict.printable import thickness_data
-from gradedesign.design.verdict.reasons import judged_on, why_met, why_not
+from gradedesign.design.verdict.reasons import (
+    judged_on,
+    mapping_data,
+    why_met,
+    why_not,
+    with_method,
+)
 from gradedesign.design.verdict.result import RunResult
 from gradedesign.design.verdict.shown import Shown
-from gradedesign.design.verdict.stress_warnings import stress_warnings
+from gradedesign.design.verdict.stress_warnings import coarse_layer, stress_warnings
 from gradedesign.design.verdict.zones import zone_measures
 from gradedesign.geometry.tets.meshed_surface import failed_attempts
 from gradedesign.mechanics.explicit.correction import Correction

@@ -14,11 +14,11 @@ from gradedesign.errors import DensityError, PluginError
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.percolation import Percolation, percolation
-from gradedesign.geometry.cell.period import require_period
 from gradedesign.geometry.cell.shape import (
     complete_parameters,
     evaluate_shape,
     grid_nodes,
+    require_period,
     spread_points,
 )
 

@@ -9,10 +9,11 @@ from types import MappingProxyType
 import numpy as np
 
 from gradedesign.arrays import FloatArray, lock
+from gradedesign.common.system.cache import content_key
+from gradedesign.common.system.program_key import program_key
 from gradedesign.common.values.shown_record import ShownRecord
 from gradedesign.errors import DensityError, blaming
-from gradedesign.geometry.cell.family import CellFamily
-from gradedesign.geometry.cell.strut_axes import StrutAxes
+from gradedesign.geometry.cell.family import CellFamily, StrutAxes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
@@ -87,3 +88,29 @@ class Cell(ShownRecord):
         """Relative density of ``g <= level``, ``(...)``; 0 below all values, 1 above."""
         values = np.asarray(level, dtype=np.float64)
         return np.asarray(np.interp(values, self.level, self.density, left=0.0, right=1.0))
+
+
+#: Points of a period at which a cell's field is told from every other. Chosen, not measured.
+_PROBES = 2000
+
+
+def cell_key(cell: Cell) -> str:
+    """Content key of a cell with its parameters and levels, for answers kept in the user's cache.
+
+    Returns
+    -------
+    str
+        Another one wherever the field, its levels or the program changed.
+    """
+    family, parameters = cell.family, dict(cell.parameters)
+    points = np.random.default_rng(1).uniform(0.0, float(family.period), (3, _PROBES))
+    densities = np.linspace(*cell.window, 17)
+    return content_key(
+        program_key(),
+        family.name,
+        family.period,
+        np.asarray(family.shape(points, **parameters)),
+        np.array(cell.neck),
+        densities,
+        np.asarray(cell.level_of(densities)),
+    )

@@ -21,8 +21,7 @@ from scipy.interpolate import PchipInterpolator
 
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.cache import content_key, load_arrays, store_arrays
-from gradedesign.geometry.cell.cell import Cell
-from gradedesign.geometry.cell.content_key import cell_key
+from gradedesign.geometry.cell.cell import Cell, cell_key
 from gradedesign.geometry.cell.shape import evaluate_shape
 
 KIND = "cell-surfaces"

@@ -22,9 +22,8 @@ from gradedesign.errors import CaseError, DensityError
 from gradedesign.geometry.cell.blend import Blend, Scale, Shift, blend_of, moved, rank
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cell import Cell
-from gradedesign.geometry.cell.family import CellFamily
+from gradedesign.geometry.cell.family import CellFamily, StrutAxes
 from gradedesign.geometry.cell.shape import blamed_shape
-from gradedesign.geometry.cell.strut_axes import StrutAxes
 
 #: Shift of a cell that lies where the map of the lattice puts it.
 _UNMOVED: Shift = (0.0, 0.0, 0.0)

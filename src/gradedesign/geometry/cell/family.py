@@ -9,10 +9,34 @@ from numbers import Real
 from types import MappingProxyType
 from typing import Literal, get_args
 
-from gradedesign.arrays import FloatArray
+import numpy as np
+
+from gradedesign.arrays import FloatArray, lock
 from gradedesign.common.values.shown_record import ShownRecord
 from gradedesign.errors import PluginError
-from gradedesign.geometry.cell.strut_axes import StrutAxes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StrutAxes:
+    """Round struts of one cell; their radius is the level of the cell.
+
+    Attributes
+    ----------
+    segments : (k, 2, 3) array, cell units
+        Both ends of every strut; copies a whole number of cells apart belong to them.
+    balls : (b, 3) array, cell units
+        Nodes with balls, one of each set of copies.
+    ball_ratio : float
+        Radius of a ball by that of a strut.
+    """
+
+    segments: FloatArray
+    balls: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    ball_ratio: float = 1.0
+
+    def __post_init__(self) -> None:
+        lock(self, segments=(None, 2, 3), balls=(None, 3))
+
 
 Symmetry = Literal["cubic", "tetragonal", "orthotropic", "none"]
 
@@ -106,3 +130,14 @@ class CellFamily(ShownRecord):
                     f"cell '{self.name}': parameter {name} is {value!r}, expected a finite number"
                 )
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
+
+
+def _bars(u: FloatArray) -> FloatArray:
+    """Distance to the nearest of three bars along the axes through a corner, in cells."""
+    square = (u - np.round(u)) ** 2
+    return np.asarray(np.sqrt(square.sum(axis=0) - square.max(axis=0)))
+
+
+#: Bars that stand for solid members in what is planned before any design, in cells as large as
+#: these are thick: none of them is built.
+VOID = CellFamily(name="void", shape=_bars, source="not built", distance=True, wall=1.0)

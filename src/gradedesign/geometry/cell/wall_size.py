@@ -28,8 +28,7 @@ from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.system.cache import content_key, load_arrays, store_arrays
 from gradedesign.errors import DensityError
 from gradedesign.geometry.cell.calibration import LEAST_DENSITY
-from gradedesign.geometry.cell.cell import Cell
-from gradedesign.geometry.cell.content_key import cell_key
+from gradedesign.geometry.cell.cell import Cell, cell_key
 from gradedesign.geometry.cell.shape import evaluate_shape, grid_nodes
 from gradedesign.geometry.fields.algebra import gradient
 from gradedesign.geometry.fields.level_set import level_set_points

@@ -146,7 +146,7 @@ def filleted_distance(
 ):
     """Radius of filleted struts whose surface passes through a range of points of period 1.
 
-    Into value (n,); see `gradedesign.geometry.fields.filleted_segments`. ``most`` is the number of
+    Into value (n,); see `gradedesign.geometry.fields.segment_distance`. ``most`` is the number of
     segments of the fullest bin.
     """
     round_struts = np.zeros((0, 0, 3))

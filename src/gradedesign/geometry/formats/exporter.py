@@ -1,13 +1,17 @@
-"""The record of an exporter: one file format of the printed lattice."""
+"""The records of an exporter and of what it writes: printed lattice, fields on a mesh."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
-from gradedesign.arrays import Field
-from gradedesign.geometry.cell.strut_axes import StrutAxes
+from numpy.typing import NDArray
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.common.values.shown_record import ShownRecord
+from gradedesign.geometry.cell.family import StrutAxes
 from gradedesign.geometry.formats.printed_lattice import PrintedLattice, SampledPrint
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign
@@ -73,3 +77,28 @@ class Exporter:
     sample: Callable[[PrintedLattice, Sequence[str]], SampledPrint] | None = None
     fields: Callable[[LatticeDesign, float], tuple[Field, Field]] | None = None
     refuses: Callable[[PlannedPrint], str] = _writes_every_print
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class FieldSet(ShownRecord):
+    """Fields of a run on one mesh.
+
+    Attributes
+    ----------
+    name : str
+        ``solid``, ``density``, ``lattice``, or ``iteration`` with a number.
+    points : (3, n) array, mm
+    elements : (k, m) int array
+        Nodes of tetrahedra of 4 or 10, or of hexahedra of 8 or 27, in VTK's order.
+    point_data, element_data : mapping of str to array
+        Values ``(..., n)`` and ``(..., m)`` by the name of the field with its unit.
+    number : int or None
+        Of the iteration.
+    """
+
+    name: str
+    points: FloatArray
+    elements: NDArray[Any]
+    point_data: Mapping[str, FloatArray] = field(default_factory=dict)
+    element_data: Mapping[str, FloatArray] = field(default_factory=dict)
+    number: int | None = None

@@ -25,17 +25,17 @@ from gradedesign.common.values.value_types import (
     Triple,
     Vector,
 )
+from gradedesign.geometry.cell.family import VOID
 from gradedesign.geometry.cell.law_schema import Law
 from gradedesign.geometry.cell.own_cell_schema import OwnCellSpec
-from gradedesign.geometry.cell.void_cell import VOID
-from gradedesign.geometry.lattice.density_map_schema import DensityMapSpec
+from gradedesign.geometry.lattice.by_place_schema import (
+    DensityMapSpec,
+    ParameterMapSpec,
+    TransitionSpec,
+)
 from gradedesign.geometry.lattice.density_value import Density, is_formula
-from gradedesign.geometry.lattice.drain_schema import DrainSpec
-from gradedesign.geometry.lattice.parameter_map_schema import ParameterMapSpec
-from gradedesign.geometry.lattice.skin_schema import SkinSpecs
-from gradedesign.geometry.lattice.transition_schema import TransitionSpec
-from gradedesign.geometry.maps.cell_map_schema import CellMapSpec, WarpSpec
-from gradedesign.geometry.maps.cell_size import CellSize
+from gradedesign.geometry.lattice.skin_schema import DrainSpec, SkinSpecs
+from gradedesign.geometry.maps.cell_map_schema import CellMapSpec, CellSize, WarpSpec
 from gradedesign.geometry.maps.orientation_schema import OrientationSpec
 
 #: Ways to find the density; the first by default.

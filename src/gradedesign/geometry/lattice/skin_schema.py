@@ -1,4 +1,4 @@
-"""``[lattice] skin``: solid layers below the part's surface or below some of its faces."""
+"""``[lattice] skin`` below the part's faces, and ``[lattice.drain]``: holes through it."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from gradedesign.common.values.value_types import (
     Choice,
     Flag,
     JsonSchema,
+    Point,
     Quantity,
     Reader,
     Refused,
@@ -20,6 +21,17 @@ from gradedesign.common.values.value_types import (
     Size,
 )
 from gradedesign.errors import CaseError
+
+
+class DrainSpec(Table):
+    """Holes by which powder leaves."""
+
+    diameter: Size = Field(examples=["3 mm"])
+    """Of every hole, mm."""
+    at: tuple[Point, ...] = ()
+    """Places on the part's surface, mm; without them every closed void gets one hole where it is
+    widest below the surface, away from regions that are held, loaded or passive."""
+
 
 #: Variables of a formula of a skin's thickness, mm.
 PLACE = ("x", "y", "z")

@@ -7,10 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
 
 from gradedesign.arrays import BoolArray, Field, FloatArray
 from gradedesign.common.system.progress import report_step, stepping
+from gradedesign.geometry.contour import _side_kernels as kernels
 from gradedesign.geometry.contour.resolution import Resolution, require_volume
+from gradedesign.geometry.contour.sample import Shape
 from gradedesign.geometry.contour.skin_edges import divided_skin_edges, moved_onto_skins
 from gradedesign.geometry.contour.surface import (
     BoxedGrid,
@@ -22,14 +25,14 @@ from gradedesign.geometry.contour.surface import (
 )
 from gradedesign.geometry.contour.true_volume import VolumeFit
 from gradedesign.geometry.lattice.component import SolidLayer
-from gradedesign.geometry.lattice.cube_sides import cube_sides, where_wanted
 from gradedesign.geometry.lattice.domain import DesignDomain, grown
 from gradedesign.geometry.lattice.lattice import LatticeDesign, uncut_field
 from gradedesign.geometry.lattice.solid_layers import solid_layers
 from gradedesign.geometry.triangles.boolean import cut_capped, intersection
 from gradedesign.geometry.triangles.crossings import TOUCHING, crossing_triangles
+from gradedesign.geometry.triangles.grid_classifier import mark_near, marked_inside
 from gradedesign.geometry.triangles.short_edges import used_only, without_short_edges
-from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
 
 log = logging.getLogger(__name__)
 
@@ -241,3 +244,60 @@ def _cut(raw: Contour, part: SurfaceMesh) -> tuple[FloatArray, NDArray[np.int32]
     number = np.where(cut.source >= 0, cut.source, len(raw.vertices) + np.arange(len(cut.source)))
     vertices = np.concatenate([raw.vertices, cut.vertices])
     return vertices, np.concatenate([raw.deep, number[cut.faces].astype(np.int32)])
+
+
+#: Cubes that come this near to the part's surface count as near, in grid spacings. Chosen, not
+#: measured.
+CLEARANCE = 0.1
+
+
+def cube_sides(part: SurfaceMesh, origin: FloatArray, shape: Shape, h: float) -> NDArray[np.uint8]:
+    """Where every cube of a grid lies: `NEAR`, `DEEP`, `BESIDE` or `BEYOND` of `_side_kernels`.
+
+    Near are the cubes that a triangle of the part comes to, by separating axes. Of the
+    others their middles tell the side. Cubes that would touch another one along an edge only, near
+    ones between, count as near too, so that the border of the near ones is a manifold along its
+    edges.
+
+    Parameters
+    ----------
+    part : SurfaceMesh
+        Closed.
+    origin : (3,) array, mm
+        First node of the grid.
+    shape : (int, int, int)
+        Number of nodes.
+    h : float, mm
+        Spacing.
+
+    Returns
+    -------
+    (a, b, c) uint8 array
+        Deep cubes lie inside, those beside and beyond outside, all of them farther than `CLEARANCE`
+        spacings from the surface; those beside touch a near one.
+    """
+    corners = (corner_points(part) - origin) / h
+    cubes = tuple(n - 1 for n in shape)
+    sides = marked_inside(corners - 0.5, cubes, kernels.DEEP, kernels.BEYOND)
+    mark_near(corners, CLEARANCE, kernels.NEAR, sides)
+    while kernels.take_out_edges(sides):
+        pass
+    around_near = binary_dilation(sides == kernels.NEAR, np.ones((3, 3, 3)))
+    sides[around_near & (sides == kernels.BEYOND)] = kernels.BESIDE
+    return sides
+
+
+def where_wanted(field: Field, sides: NDArray[np.uint8], origin: FloatArray, h: float) -> Field:
+    """The field at points that touch a cube not beyond the part, and ``h`` elsewhere."""
+
+    def wanted(points: FloatArray) -> FloatArray:
+        flat = np.ascontiguousarray(np.asarray(points, dtype=np.float64).reshape(3, -1))
+        near = kernels.touching(sides, flat, origin, h)
+        if near.all():
+            return field(points)
+        values = np.full(flat.shape[1], h)
+        if near.any():
+            values[near] = field(flat[:, near])
+        return values.reshape(np.shape(points)[1:])
+
+    return wanted

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.fft import dctn, idctn
 from scipy.ndimage import spline_filter
 
 from gradedesign.arrays import Field, FloatArray, read_only
@@ -15,8 +16,7 @@ from gradedesign.errors import CaseError, DensityError, ResourceError
 from gradedesign.geometry.maps._phase_kernels import centre_gradients, divergence, nearest_rotations
 from gradedesign.geometry.maps._spline_kernels import PAD, spline_gradients, spline_values
 from gradedesign.geometry.maps.cell_map import CellMap
-from gradedesign.geometry.maps.phase_poisson import box_solver
-from gradedesign.geometry.maps.size_tolerance import within_tolerance
+from gradedesign.geometry.maps.size_law import within_tolerance
 
 log = logging.getLogger(__name__)
 
@@ -46,7 +46,7 @@ def graded_size_map(
     Poisson problems with natural boundaries. Then ``R`` is set to the rotation nearest to ``L
     grad(u)`` and the problems are solved again: cells may turn in order to shear less and keep
     their size better. Where sizes can nearly be followed, cells are then brought within a tolerance
-    of size and angles, see :mod:`gradedesign.geometry.maps.size_tolerance`.
+    of size and angles, see :mod:`gradedesign.geometry.maps.size_law`.
 
     Parameters
     ----------
@@ -226,3 +226,45 @@ def _continued(values: FloatArray) -> FloatArray:
         joined = np.concatenate([ends[0], first, ends[1][::-1]])
         values = np.moveaxis(joined, 0, axis)
     return np.ascontiguousarray(values)
+
+
+def box_solver(shape: tuple[int, int, int], spacing: FloatArray) -> Callable[..., FloatArray]:
+    """Direct solver on the whole box.
+
+    Parameters
+    ----------
+    shape : (int, int, int)
+        Nodes.
+    spacing : (3,) array, mm
+
+    Returns
+    -------
+    callable
+        Loads ``(nx, ny, nz)`` that sum to 0, to the solution of mean 0 (weighted by the
+        trapezoidal rule).
+
+    Notes
+    -----
+    On a uniform line of linear elements with natural ends both the stiffness and the mass matrix,
+    rows of the end nodes doubled, have the eigenvectors ``cos(pi k i / (n - 1))``; so the box is
+    diagonalised by the type-1 cosine transform.
+    """
+    stiff, mass = [], []
+    for count, h in zip(shape, spacing, strict=True):
+        cosine = np.cos(np.pi * np.arange(count) / (count - 1))
+        stiff.append((2 - 2 * cosine) / h)
+        mass.append(h * (2 + cosine) / 3)
+    (kx, ky, kz), (mx, my, mz) = stiff, mass
+    eigen = (
+        np.einsum("i,j,k->ijk", kx, my, mz)
+        + np.einsum("i,j,k->ijk", mx, ky, mz)
+        + np.einsum("i,j,k->ijk", mx, my, kz)
+    )
+    eigen[0, 0, 0] = np.inf  # the constant, which no load drives
+    ends = [np.where(np.isin(np.arange(n), (0, n - 1)), 2.0, 1.0) for n in shape]
+    doubled = np.einsum("i,j,k->ijk", *ends)
+
+    def solve(load: FloatArray) -> FloatArray:
+        return np.asarray(idctn(dctn(load * doubled, type=1) / eigen, type=1))
+
+    return solve

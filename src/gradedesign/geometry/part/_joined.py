@@ -10,9 +10,8 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import PartError
-from gradedesign.geometry.part._edges import face_edges, linked_sets, split_by
+from gradedesign.geometry.part._edges import face_edges, linked_sets, shell_labels, split_by
 from gradedesign.geometry.part._nesting import flat_shells, manifold_of, mesh_of, shell_volume
-from gradedesign.geometry.part._orient import shell_labels
 from gradedesign.geometry.part._self_crossing import pieces_of
 from gradedesign.geometry.part._touching import Touches, find_touches
 from gradedesign.geometry.triangles.short_edges import used_only, without_short_edges

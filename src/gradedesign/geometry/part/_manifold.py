@@ -11,9 +11,8 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import PartError
 from gradedesign.geometry.part._duplicates import copy_numbers
-from gradedesign.geometry.part._edges import Edges, face_edges, linked_sets
+from gradedesign.geometry.part._edges import Edges, face_edges, linked_sets, shell_labels
 from gradedesign.geometry.part._nesting import shell_volume
-from gradedesign.geometry.part._orient import shell_labels
 
 #: Facets at an edge that are turned against each other by less are coincident at most, radians:
 #: a wedge of solid of half a degree is no part, and rounding turns narrow facets by so much.

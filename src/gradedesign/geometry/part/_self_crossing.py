@@ -14,9 +14,8 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import PartError
-from gradedesign.geometry.part._edges import face_edges, split_by
+from gradedesign.geometry.part._edges import face_edges, shell_labels, split_by
 from gradedesign.geometry.part._nesting import manifold_of, mesh_of, shell_volume
-from gradedesign.geometry.part._orient import shell_labels
 from gradedesign.geometry.triangles.crossings import crossing_triangles
 from gradedesign.geometry.triangles.grid_classifier import RAYS, WindingVolumes, winding_volumes
 

@@ -10,7 +10,7 @@ import numpy as np
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.geometry.part._edges import sharing_sets
 from gradedesign.geometry.part._nesting import facet_areas
-from gradedesign.geometry.triangles.contacts import Contacts, find_contacts
+from gradedesign.geometry.triangles.crossings import Contacts, find_contacts
 from gradedesign.geometry.triangles.winding import winding_numbers
 
 #: Beside a contact, solid is looked for this many margins away from it, on both sides. Chosen, not

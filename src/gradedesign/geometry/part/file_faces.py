@@ -1,11 +1,12 @@
-"""Faces as a part file tells them apart: a number, and name, colour, surface where it has them."""
+"""Faces and bodies that a part file tells apart: numbers, names, colours, roles."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import ClassVar
 
 import numpy as np
 
@@ -122,3 +123,50 @@ def carried(
         colors={n: color for n, color in faces.colors.items() if n in face_numbers},
         surfaces={n: surface for n, surface in faces.surfaces.items() if n in face_numbers},
     )
+
+
+#: Names in one text; result.json and the report have all. Chosen, not measured.
+_MOST_NAMES = 12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FileBody:
+    """A body that is subtracted from the part or left out of it.
+
+    Attributes
+    ----------
+    name : str
+        Of the body or its object in the file.
+    role : str
+        Such as ``negative volume``, ``parameter modifier``, ``not printable``.
+    """
+
+    name: str
+    role: str
+    #: Role of a body that takes material away from those before it.
+    NEGATIVE: ClassVar[str] = "negative volume"
+
+    @property
+    def done(self) -> str:
+        """``subtracted`` or ``left out``."""
+        return "subtracted" if self.role == self.NEGATIVE else "left out"
+
+    def __str__(self) -> str:
+        return f"'{self.name}' ({self.role})"
+
+
+def file_body_words(bodies: Sequence[FileBody]) -> list[str]:
+    """One text for the bodies that are subtracted, one for those that are left out."""
+    words = []
+    for done in ("subtracted", "left out"):
+        found = [str(body) for body in bodies if body.done == done]
+        if found:
+            more = len(found) - _MOST_NAMES
+            listed = ", ".join(found[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
+            words.append(f"bodies {done}: {listed}")
+    return words
+
+
+def file_body_data(bodies: Sequence[FileBody]) -> tuple[dict[str, str], ...]:
+    """Plain data of result.json and ``check --json``."""
+    return tuple({"name": body.name, "role": body.role, "done": body.done} for body in bodies)

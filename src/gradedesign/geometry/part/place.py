@@ -1,6 +1,8 @@
-"""Distances to the volumes that a case states: boxes, cylinders, bodies."""
+"""Distances to volumes and faces that a case states, and random points on faces."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -9,7 +11,8 @@ from gradedesign.errors import CaseError
 from gradedesign.geometry.part.part import Part
 from gradedesign.geometry.part.place_schema import CylinderVolume, PlaceSpec
 from gradedesign.geometry.part.regions_schema import direction_vector
-from gradedesign.geometry.part.signed_distance import surface_distance
+from gradedesign.geometry.part.signed_distance import region_distance, surface_distance
+from gradedesign.geometry.triangles.surface_mesh import corner_points
 
 
 def place_distance(part: Part, place: PlaceSpec) -> Field:
@@ -86,3 +89,39 @@ def _outside(beyond: FloatArray) -> FloatArray:
     """Distance to where all of ``(n, ...)`` distances beyond faces at right angles are below 0."""
     outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=0)
     return np.asarray(outside + np.minimum(beyond.max(axis=0), 0.0))
+
+
+#: Places on faces, and the seed that picks them. Any fixed seed, so that a run can be repeated.
+#: Chosen, not measured.
+PLACES, _SEED = 20_000, 1414
+
+
+def face_places(part: Part, faces: Sequence[str] = ()) -> tuple[FloatArray, FloatArray]:
+    """Even random points on regions, or on the whole surface, and the inward normals there.
+
+    Both ``(3, n)``, mm.
+    """
+    corners = (
+        np.concatenate([part.regions[name].corners for name in faces])
+        if faces
+        else corner_points(part.surface)
+    )
+    a, b, c = np.moveaxis(corners, 1, 0)
+    normal = np.cross(b - a, c - a)
+    area = np.linalg.norm(normal, axis=1)
+    random = np.random.default_rng(_SEED)
+    chosen = random.choice(len(area), size=PLACES, p=area / area.sum())
+    s, t = random.random((2, PLACES))
+    s, t = np.where(s + t > 1, 1 - s, s), np.where(s + t > 1, 1 - t, t)
+    points = a[chosen] + s[:, None] * (b - a)[chosen] + t[:, None] * (c - a)[chosen]
+    # Corners, where a formula often has its largest value, as well.
+    points = np.concatenate([points, corners.reshape(-1, 3)])
+    unit = -normal / np.maximum(area, 1e-300)[:, None]
+    return points.T, np.concatenate([unit[chosen], np.repeat(unit, 3, axis=0)]).T
+
+
+def distance_to_faces(part: Part, names: Sequence[str]) -> Field | None:
+    """Unsigned distance to regions, points ``(3, ...)`` mm to ``(...)`` mm; None without any."""
+    if not names:
+        return None
+    return region_distance(np.concatenate([part.regions[name].corners for name in names]))

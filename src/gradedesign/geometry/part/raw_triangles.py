@@ -10,8 +10,12 @@ from numpy.typing import ArrayLike
 
 from gradedesign.arrays import BoolArray, FloatArray, lock
 from gradedesign.errors import CaseError, PartError
-from gradedesign.geometry.part.file_body import FileBody, file_body_words
-from gradedesign.geometry.part.file_faces import FileFaces, require_labels
+from gradedesign.geometry.part.file_faces import (
+    FileBody,
+    FileFaces,
+    file_body_words,
+    require_labels,
+)
 
 #: Length of one file unit, mm.
 UNIT_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "um": 1e-3, "micron": 1e-3}

@@ -11,9 +11,8 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import CaseError, PartError
 from gradedesign.geometry.part._duplicates import drop_duplicates
-from gradedesign.geometry.part._edges import face_edges
+from gradedesign.geometry.part._edges import face_edges, orient_consistently
 from gradedesign.geometry.part._holes import describe_rims, fill_rims, find_rims
-from gradedesign.geometry.part._orient import orient_consistently
 from gradedesign.geometry.part._seams import join_seams
 from gradedesign.geometry.part._shells import settle_shells
 from gradedesign.geometry.part._weld import (

@@ -11,17 +11,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gradedesign.arrays import FloatArray
 from gradedesign.common.system.cache import content_key, entry_path, load_arrays, store_arrays
 from gradedesign.common.system.limits import Deadline
 from gradedesign.common.system.progress import report_step
-from gradedesign.common.system.worker import run_worker
+from gradedesign.common.system.worker import Option, run_worker
 from gradedesign.errors import MeshError, ResourceError
 from gradedesign.geometry.tets.long_edges import bisect_long_edges, least_count
-from gradedesign.geometry.tets.mesh_question import STOP_ENERGY, MeshQuestion, mesh_question
 from gradedesign.geometry.tets.mesher import PYTETWILD, Mesher
 from gradedesign.geometry.tets.quality import TetReport, require_sound, without_unused_points
 from gradedesign.geometry.tets.tet_mesh import TetMesh
-from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.geometry.triangles.surface_mesh import (
+    SurfaceMesh,
+    enclosed_volume,
+    unbalanced_edge_count,
+)
 
 log = logging.getLogger(__name__)
 
@@ -139,12 +143,7 @@ def tetrahedralize(
     if cache and cached is None:
         lines = np.frombuffer(json.dumps(attempts).encode("utf-8"), dtype=np.uint8)
         store_arrays(_KIND, key, points=mesh.points, tets=mesh.tets, attempts=lines)
-    return MeshedSurface(
-        mesh=mesh,
-        report=report,
-        attempts=attempts,
-        seconds=clock.elapsed(),
-    )
+    return MeshedSurface(mesh=mesh, report=report, attempts=attempts, seconds=clock.elapsed())
 
 
 def _attempt(
@@ -251,3 +250,70 @@ def _from_cache(
         log.warning("the cached mesh is of no use (%s); meshing again", cause)
         return None
     return mesh, report, attempts
+
+
+#: Quality at which fTetWild stops improving (AMIPS energy). fTetWild's own default (Hu et al.
+#: 2020).
+STOP_ENERGY = 10.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MeshQuestion:
+    """A surface, moved to the origin, with the specification of its mesh."""
+
+    vertices: FloatArray
+    faces: NDArray[np.int32]
+    centre: FloatArray
+    options: Mapping[str, Option]
+    volume: float
+    volume_tolerance: float
+    subject: str
+
+
+def mesh_question(
+    surface: SurfaceMesh,
+    edge_length: float,
+    epsilon: float,
+    volume_tolerance: float,
+) -> MeshQuestion:
+    """Refuse surfaces that would crash the mesher or give a meaningless mesh; move to the origin.
+
+    Raises
+    ------
+    MeshError
+    """
+    for name, value in (("edge length", edge_length), ("epsilon", epsilon)):
+        if not (value > 0.0 and np.isfinite(value)):
+            raise MeshError(f"the {name} of a mesh must be positive, not {value} mm")
+    if len(surface.faces) == 0:
+        raise MeshError("the surface has no triangles, so there is nothing to mesh")
+    open_edges = unbalanced_edge_count(surface)
+    if open_edges:
+        raise MeshError(
+            f"the surface is not closed: {open_edges} edges lack a neighbour of opposite "
+            "direction, so it encloses no volume; repair it first"
+        )
+    volume = enclosed_volume(surface)
+    if not volume > 0.0:
+        raise MeshError(
+            f"the surface encloses {volume:.6g} mm^3, expected a positive volume; its triangles "
+            "must be counter-clockwise seen from outside"
+        )
+    corners = surface.vertices[np.unique(surface.faces)]
+    lower, upper = corners.min(axis=0), corners.max(axis=0)
+    diagonal = float(np.linalg.norm(upper - lower))
+    centre = 0.5 * (lower + upper)
+    return MeshQuestion(
+        vertices=surface.vertices - centre,
+        faces=surface.faces.astype(np.int32),
+        centre=centre,
+        options={
+            "edge_length": edge_length,
+            "relative_epsilon": epsilon / diagonal,
+            "stop_energy": STOP_ENERGY,
+        },
+        volume=volume,
+        volume_tolerance=volume_tolerance,
+        subject=f"a surface of {len(surface.faces)} triangles, {diagonal:.4g} mm across, with "
+        f"edges of {edge_length:.4g} mm and epsilon {epsilon:.4g} mm",
+    )

@@ -21,9 +21,8 @@ from gradedesign.common.system.cache import content_key, load_arrays, store_arra
 from gradedesign.errors import DensityError
 from gradedesign.geometry.cell.blend import Blend
 from gradedesign.geometry.cell.calibration import calibrate
-from gradedesign.geometry.cell.cell import Cell
+from gradedesign.geometry.cell.cell import Cell, cell_key
 from gradedesign.geometry.cell.cells import Cells
-from gradedesign.geometry.cell.content_key import cell_key
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.wall_size import density_for_wall, wall_mm
 from gradedesign.mechanics.homogenise.cell_properties import cell_properties

@@ -12,7 +12,7 @@ from gradedesign.design.check.check_case import CaseCheck, check_case
 from gradedesign.design.resolve.own_cell import with_own_cell
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.errors import UNMET, CaseError
-from gradedesign.geometry.part.file_body import file_body_words
+from gradedesign.geometry.part.file_faces import file_body_words
 from gradedesign.mechanics.sizing.wall_cells import MOST_MINUTES
 from gradedesign.program.commands.check_data import (
     check_data,

@@ -16,7 +16,7 @@ from gradedesign.geometry.lattice.component import KEPT, SolidComponent
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.placed_map import REPORT_POINTS
 from gradedesign.geometry.maps.map_report import volume_points
-from gradedesign.geometry.part.file_body import file_body_data
+from gradedesign.geometry.part.file_faces import file_body_data
 from gradedesign.geometry.part.part import Part
 from gradedesign.mechanics.material.material import Material
 

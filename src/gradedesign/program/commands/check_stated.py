@@ -11,7 +11,7 @@ from gradedesign.design.resolve.stated_lattice import StatedLattice, stated_latt
 from gradedesign.design.verdict.stated_result import cell_data
 from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.density_grid import DensityGrid
-from gradedesign.geometry.part.file_body import file_body_words
+from gradedesign.geometry.part.file_faces import file_body_words
 from gradedesign.geometry.part.round_shapes import round_shapes
 from gradedesign.program.commands.check_data import part_data, region_data
 from gradedesign.program.commands.progress_lines import ProgressLines

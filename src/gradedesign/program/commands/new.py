@@ -8,10 +8,9 @@ from pathlib import Path
 
 from gradedesign.common.system.atomic import replacing_path, write_text
 from gradedesign.common.values.suggest import instead, shown
-from gradedesign.design.check.draft_case import DraftCase, draft_case, draft_text
-from gradedesign.design.check.open_questions import open_questions
+from gradedesign.design.check.draft_case import DraftCase, draft_case, draft_text, open_questions
 from gradedesign.errors import CaseError
-from gradedesign.geometry.part.file_body import file_body_words
+from gradedesign.geometry.part.file_faces import file_body_words
 from gradedesign.geometry.part.part_schema import BODIES, UNITS
 from gradedesign.program.commands.plugins import registry_for
 from gradedesign.program.commands.progress_lines import ProgressLines

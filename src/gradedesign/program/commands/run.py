@@ -9,8 +9,7 @@ from pathlib import Path
 import typer
 
 from gradedesign.common.system.atomic import is_folder
-from gradedesign.design.verdict.result import RunResult, as_json
-from gradedesign.design.verdict.scope_words import scope_words, symmetry_words
+from gradedesign.design.verdict.result import RunResult, as_json, scope_words, symmetry_words
 from gradedesign.errors import UNMET
 from gradedesign.pipeline import run as run_case
 from gradedesign.program.commands.compiled_ahead import compiling_ahead

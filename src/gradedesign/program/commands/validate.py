@@ -17,8 +17,7 @@ from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.verdict.result import as_json as result_data
 from gradedesign.errors import CaseError, GradeDesignError
 from gradedesign.pipeline import run as run_case
-from gradedesign.program.commands.comparison import Comparison, short
-from gradedesign.program.commands.junit import write_junit
+from gradedesign.program.commands.junit import Comparison, short, write_junit
 from gradedesign.program.commands.layout import say
 from gradedesign.program.commands.plugins import registry_for
 from gradedesign.program.commands.progress_lines import ProgressLines

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from gradedesign.design.printing.process import Process
-from gradedesign.design.printing.process_library import builtin_processes
+from gradedesign.design.printing.process_schema import builtin_processes
 from gradedesign.geometry.cell.formula_cell import FORMULA_MAKER
 from gradedesign.geometry.cell.maker import CellMaker
 from gradedesign.geometry.formats.exporter import Exporter

@@ -31,7 +31,6 @@ from gradedesign.mechanics.material.scaling_law import ScalingLaw
 from gradedesign.mechanics.solver.eigen_solver import EigenSolver
 from gradedesign.mechanics.solver.linear_solver import LinearSolver
 from gradedesign.program.host import builtin, hookspecs
-from gradedesign.program.host.format_checks import check_formats, check_repairers
 from gradedesign.program.host.installed import (
     distribution_source,
     failure_of,
@@ -39,8 +38,13 @@ from gradedesign.program.host.installed import (
     register,
     register_modules,
 )
-from gradedesign.program.host.key_checks import check_keys
-from gradedesign.program.host.unmarked import hook_names, unmarked_hooks
+from gradedesign.program.host.plugin_checks import (
+    check_formats,
+    check_keys,
+    check_repairers,
+    hook_names,
+    unmarked_hooks,
+)
 from gradedesign.program.outputs.output import Output
 
 log = logging.getLogger(__name__)

@@ -21,19 +21,19 @@ from gradedesign.design.loop.exported_surface import case_surface
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.iteration_steps import build_design
 from gradedesign.design.loop.stated_print import StatedPrint
+from gradedesign.design.resolve.cell_choice import thinnest_wall
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.lattice_files import (
     STL_NAME,
     crossing_warnings,
+    outer_records,
     printed_lattice,
 )
-from gradedesign.design.resolve.outer_triangles import outer_records
 from gradedesign.design.resolve.plan import Plan
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.shown_case import shown_plan, shown_stated
 from gradedesign.design.resolve.solid import unjudged_share
 from gradedesign.design.resolve.stated_lattice import StatedLattice
-from gradedesign.design.resolve.thinnest_wall import thinnest_wall
 from gradedesign.design.verdict.computed import Computed, computed_fields
 from gradedesign.design.verdict.result import RunResult, as_json
 from gradedesign.errors import blaming

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from gradedesign.design.verdict.result import RunResult
-from gradedesign.geometry.formats.field_set import FieldSet
+from gradedesign.geometry.formats.exporter import FieldSet
 from gradedesign.program.outputs.analysed_model import AnalysedModel
 
 

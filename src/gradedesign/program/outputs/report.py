@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gradedesign.common.system.atomic import write_text
-from gradedesign.design.verdict.scope_words import scope_words, symmetry_words
+from gradedesign.design.verdict.result import scope_words, symmetry_words
 from gradedesign.design.verdict.stress_numbers import stress_numbers
 from gradedesign.program.outputs.output import FinishedRun, Output
 from gradedesign.program.pictures.page import content_policy, scene_html

@@ -8,7 +8,7 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 from gradedesign.common.system.atomic import write_text
-from gradedesign.geometry.formats.field_set import FieldSet
+from gradedesign.geometry.formats.exporter import FieldSet
 from gradedesign.geometry.formats.vtu import write_vtu
 from gradedesign.program.outputs.output import FinishedRun, Output
 

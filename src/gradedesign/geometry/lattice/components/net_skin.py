@@ -11,7 +11,7 @@ from gradedesign.arrays import Field, FloatArray
 from gradedesign.errors import CaseError, LatticeError
 from gradedesign.geometry.lattice.component import CellComponent
 from gradedesign.geometry.lattice.component_kind import ComponentKind, ComponentPlace, Made
-from gradedesign.geometry.part.face_places import distance_to_faces
+from gradedesign.geometry.part.place import distance_to_faces
 
 #: Depths at which struts are looked for, along a cell. Chosen, not measured.
 _PER_CELL = 24

@@ -15,7 +15,7 @@ from gradedesign.geometry.fields.algebra import gradient
 from gradedesign.geometry.lattice.component import SKIN, Distances, SolidComponent, SolidLayer, less
 from gradedesign.geometry.lattice.component_kind import ComponentKind, ComponentPlace, Made
 from gradedesign.geometry.lattice.skin_schema import PLACE, SkinSpec
-from gradedesign.geometry.part.face_places import distance_to_faces, face_places
+from gradedesign.geometry.part.place import distance_to_faces, face_places
 
 #: Steps by which the slope of a varying thickness is taken, mm. Chosen, not measured.
 _STEP = 1e-4

@@ -13,7 +13,7 @@ from gradedesign.errors import CaseError, DensityError
 from gradedesign.geometry.fields.algebra import gradient
 from gradedesign.geometry.lattice.component import Component
 from gradedesign.geometry.lattice.component_kind import ComponentKind, ComponentPlace, Made
-from gradedesign.geometry.lattice.formula_density import formula_field
+from gradedesign.geometry.lattice.density_value import formula_field
 from gradedesign.geometry.lattice.zone_schema import WeightedZone, ZoneSpec
 from gradedesign.geometry.part.part import Part
 from gradedesign.geometry.part.place import place_distance

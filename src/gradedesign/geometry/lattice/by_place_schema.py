@@ -1,4 +1,4 @@
-"""``[lattice.density_map]``: where a stated density comes from."""
+"""Tables of ``[lattice]`` by place: ``density_map``, ``parameter_map``, ``transition``."""
 
 from __future__ import annotations
 
@@ -8,16 +8,23 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from gradedesign.common.values.formula_text import FormulaText
+from gradedesign.common.values.suggest import shown
 from gradedesign.common.values.table import Table, key_error
 from gradedesign.common.values.value_types import (
     Choice,
     FilePath,
     Flag,
+    JsonSchema,
     Name,
     Number,
+    Parameters,
     Point,
+    Reader,
     Refused,
     Size,
+    Triple,
+    Whole,
+    three,
 )
 from gradedesign.geometry.part.part_schema import data_file, data_folder
 
@@ -99,3 +106,71 @@ class DensityMapSpec(Table):
     def source(self) -> str:
         """Name of the source that is given."""
         return next(name for name in _SOURCES if getattr(self, name) is not None)
+
+
+class _Ends(Reader):
+    """Two different numbers."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> tuple[float, float]:
+        if not isinstance(value, list) or len(value) != 2:
+            raise Refused(f"found {shown(value)}; expected two numbers such as [0.0, 0.1]")
+        first, last = (Number().read(v) for v in value)
+        if first == last:
+            raise Refused(f"found {first:g} twice; expected two different numbers")
+        return first, last
+
+    def json_schema(self) -> JsonSchema:
+        return {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
+
+
+class ParameterMapSpec(Table):
+    """A free parameter of the family, between two values."""
+
+    parameter: Name = Field(examples=["amplitude"])
+    """Its name."""
+    values: Annotated[tuple[float, float], _Ends()] = Field(examples=[[0.1, 0.0]])
+    """At the lowest and at the highest density; with a formula, between which it must stay."""
+    formula: Annotated[str | None, FormulaText()] = None
+    """Value in x, y, z and the depth d, in mm; without it the parameter follows the density."""
+    increments: Annotated[int, Whole(2, 65)] = 9
+    """Values at which the cell is calibrated; between them neighbours are mixed."""
+
+
+class _Shift(Reader):
+    """``"auto"`` or three numbers."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> Triple | None:
+        if value == "auto":
+            return None
+        x, y, z = (Number().read(v) for v in three(value, "[0.5, 0.5, 0]"))
+        return x, y, z
+
+    def json_schema(self) -> JsonSchema:
+        number = Number().json_schema()
+        return {
+            "anyOf": [
+                {"const": "auto"},
+                {"type": "array", "items": number, "minItems": 3, "maxItems": 3},
+            ],
+            "examples": [[0.5, 0.5, 0.0]],
+        }
+
+
+class TransitionSpec(Table):
+    """A second family, into which the first passes over."""
+
+    cell: Name = Field(examples=["bcc"])
+    """Name of a cell family."""
+    parameters: Annotated[dict[str, float], Parameters()] = Field(default_factory=dict)
+    """Its parameters by name."""
+    weight: Annotated[str, FormulaText()] = Field(examples=["smoothstep(20, 40, x)"])
+    """Share of the second family, 0 to 1, a formula in x, y, z and the depth d, in mm."""
+    scale: Annotated[str, Choice(("rank", "distance"))] = "rank"
+    """On which the two mix: the density at which a point becomes solid, or its distance from the
+    surface."""
+    shift: Annotated[Triple | None, _Shift()] = None
+    """By which the second family is moved, in cells; auto: not, unless only that joins them."""

@@ -1,15 +1,21 @@
-"""Checks of the suffixes and names of readers, exporters and repairers across plugins."""
+"""Checks across plugins: suffixes, names, keys that they add, functions without a marker."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
+import pluggy
+
+from gradedesign.common.values.table import Table
 from gradedesign.design.resolve.registry import PluginSource
 from gradedesign.errors import PluginError
+from gradedesign.geometry.lattice.component_kind import ComponentKind
 from gradedesign.geometry.part.part_schema import OWN_REPAIRS, PartSpec
 from gradedesign.geometry.part.reader import PartReader
+from gradedesign.mechanics.limits.limit import LimitKind
+from gradedesign.program.host import hookspecs
 
 _READ = re.compile(r"\.[a-z0-9_-]+")
 _WRITTEN = re.compile(r"(\.[a-z0-9_-]+)+")
@@ -93,4 +99,58 @@ def check_repairers(repairers: _Shelf) -> None:
             raise PluginError(
                 f"repairer '{name}' of {repairers[name][1]} has the name of a way that gradedesign "
                 f"repairs itself ({', '.join(OWN_REPAIRS)}); rename it"
+            )
+
+
+def hook_names() -> list[str]:
+    """Names of every hook."""
+    return [name for name in vars(hookspecs) if name.startswith("gradedesign_")]
+
+
+def unmarked_hooks(
+    manager: pluggy.PluginManager, sources: Mapping[str, PluginSource]
+) -> Iterator[str]:
+    """One sentence for every function that is named like a hook and lacks the marker.
+
+    Parameters
+    ----------
+    sources : mapping of str to PluginSource
+        By the name under which a plugin is registered.
+    """
+    for name, source in sorted(sources.items()):
+        for hook in hook_names():
+            function = getattr(manager.get_plugin(name), hook, None)
+            if callable(function) and not hasattr(function, f"{hookspecs.GROUP}_impl"):
+                yield (
+                    f"function {hook} of plugin '{source.entry_point}' ({source}) is never called: "
+                    f"it lacks @hookimpl, from gradedesign import hookimpl"
+                )
+
+
+def check_keys(
+    kinds: Mapping[str, tuple[LimitKind | ComponentKind, PluginSource]],
+    table: type[Table],
+    section: str,
+    noun: str,
+) -> None:
+    """Refuse a kind whose list would take the place of a key of the core.
+
+    Parameters
+    ----------
+    kinds : mapping of name to (kind, PluginSource)
+    table : type of Table
+        To which the lists are added.
+    section, noun : str
+        Name of that table, and of such a kind.
+
+    Raises
+    ------
+    PluginError
+    """
+    own = {field.alias or name for name, field in table.model_fields.items()}
+    for name, (kind, source) in kinds.items():
+        if kind.entry is not None and name in own | set(dir(table)):
+            raise PluginError(
+                f"{noun} '{name}' of {source} adds a key that [{section}] has already; rename it, "
+                f"for example to 'my_{name}'"
             )
