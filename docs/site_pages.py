@@ -6,6 +6,7 @@ mkdocs calls `on_files`; nothing here is imported by gradedesign.
 from __future__ import annotations
 
 import ast
+import json
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -35,6 +36,9 @@ def on_files(files: Any, config: Any) -> Any:
         "reference/hooks.md": "\n".join(hooks()),
         "reference/api.md": "\n".join(api()),
         "how-to/plugins.md": within_site(plugins),
+        "notebooks/case-to-verdict.md": notebook_page("case-to-verdict"),
+        "notebooks/own-cell.md": notebook_page("own-cell"),
+        "notebooks/homogenise-and-choose.md": notebook_page("homogenise-and-choose"),
     }.items():
         files.append(File.generated(config, name, content=text))
     return files
@@ -291,6 +295,30 @@ def api() -> Iterator[str]:
             yield f"::: {module}.{getattr(thing, '__qualname__', name)}\n"
     for module in ("gradedesign.fields", "gradedesign.testing"):
         yield f"::: {module}\n"
+
+
+def notebook_page(name: str) -> str:
+    """Cells and stored outputs of a notebook."""
+    text = (ROOT / "docs" / "notebooks" / f"{name}.ipynb").read_text(encoding="utf-8")
+    notebook = json.loads(text)
+    return "\n\n".join(part for cell in notebook["cells"] for part in _cell_parts(cell)) + "\n"
+
+
+def _cell_parts(cell: dict[str, Any]) -> Iterator[str]:
+    source = "".join(cell["source"])
+    if cell["cell_type"] == "markdown":
+        yield source
+        return
+    yield f"```python\n{source}\n```"
+    for output in cell["outputs"]:
+        data = output.get("data", {})
+        if "image/png" in data:
+            source = f"data:image/png;base64,{data['image/png']}"
+            yield f'<img alt="Picture of what the cell above shows" src="{source}">'
+        elif "text/html" in data:
+            yield "".join(line.strip() for line in data["text/html"])
+        else:
+            yield f"```text\n{''.join(data.get('text/plain') or output.get('text', ()))}\n```"
 
 
 def rooms() -> Iterator[str]:

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from html import unescape
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 import numpy as np
@@ -211,3 +212,50 @@ def test_the_page_of_the_docs_runs_as_it_is():
     exec(body, scope)
     frame = eval(last, scope)
     assert (np.diff(frame["E_x"]) > 0).all()
+
+
+NOTEBOOKS = {
+    path.stem: json.loads(path.read_text("utf-8"))
+    for path in sorted((CASES.parent / "docs" / "notebooks").glob("*.ipynb"))
+}
+
+
+def outputs(executed):
+    """Words and numbers that the cells of a notebook show, whether as text or beside a picture."""
+    shown = []
+    for cell in executed["cells"]:
+        for output in cell.get("outputs", ()):
+            text = "".join(output.get("text") or output["data"]["text/plain"])
+            kinds = sorted(output.get("data", ()))
+            numbers = [float(number) for number in re.findall(r"-?\d+\.?\d*", text)]
+            shown.append((kinds, re.sub(r"-?\d+\.?\d*", "N", text).split(), numbers))
+    return shown
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.slow if name == "case-to-verdict" else ())
+        for name in NOTEBOOKS
+    ],
+)
+def test_notebooks_show_what_they_showed(name):
+    """Numbers within 1 %: meshes differ a little between machines."""
+    pytest.importorskip("pandas")
+    place = CASES.parent / "docs" / "run_notebooks.py"
+    spec = spec_from_file_location("run_notebooks", place)
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    stored, now = outputs(NOTEBOOKS[name]), outputs(module.executed(NOTEBOOKS[name]))
+    assert stored
+    assert [(kinds, words) for kinds, words, _ in now] == [(k, words) for k, words, _ in stored]
+    for (_, _, before), (_, _, after) in zip(stored, now, strict=True):
+        assert after == pytest.approx(before, rel=0.01, abs=2e-3)
+
+
+def test_notebooks_are_small_and_numbered_in_order():
+    assert set(NOTEBOOKS) == {"case-to-verdict", "own-cell", "homogenise-and-choose"}
+    for stored in NOTEBOOKS.values():
+        assert len(json.dumps(stored)) < 800_000
+        counts = [c["execution_count"] for c in stored["cells"] if c["cell_type"] == "code"]
+        assert counts == list(range(1, len(counts) + 1))
