@@ -105,7 +105,6 @@ def zoning(
     ----------
     plan : Plan
         With zones.
-    laws : ZoneLaws
     able : Analysable
         Of every zone.
     centres : (3, M) array, mm

@@ -112,13 +112,10 @@ def resolve_zones(
 
     Parameters
     ----------
-    case : Case
-    registry : Registry
     first : ResolvedZone
         The lattice outside every zone.
     stated : sequence of Zones
         Of its domain: one, or none.
-    layout : CellLayout
     poissons_ratio : float
         Of the base material.
 

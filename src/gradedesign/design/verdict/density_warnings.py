@@ -45,10 +45,8 @@ def density_warnings(
 
     Parameters
     ----------
-    stated : StatedLattice
     slabs : sequence of SlabDensities
         Across x, y and z.
-    beside : BesideCells
     """
     case, cells, domain, wall = stated.case, stated.cells, stated.design.domain, stated.wall
     targets = [total(one, "target") for one in slabs]

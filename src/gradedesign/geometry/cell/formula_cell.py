@@ -125,12 +125,7 @@ def _defaults(parameters: object) -> dict[str, float]:
 
 
 def _try(value: FloatArray) -> None:
-    """Refuse a formula that is undefined or the same everywhere.
-
-    Raises
-    ------
-    CaseError
-    """
+    """Refuse a formula that is undefined or the same everywhere."""
     undefined = float(np.mean(~np.isfinite(value)))
     if undefined > 0:
         raise _wrong(

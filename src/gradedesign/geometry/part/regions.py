@@ -88,10 +88,8 @@ def select_regions(
 
     Parameters
     ----------
-    surface : SurfaceMesh
     faces : SmoothFaces
         Of that surface.
-    specs : mapping of str to RegionSpec
     file_faces : FileFaces, optional
         Faces of the file on that surface.
 

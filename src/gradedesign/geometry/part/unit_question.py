@@ -30,7 +30,6 @@ def _unit_that_fits(
     ----------
     surface : SurfaceMesh
         As read in ``units``, on which a region is not found.
-    specs : mapping of str to RegionSpec
     """
     for other, size in UNIT_MM.items():
         ratio = size / UNIT_MM[units]
@@ -61,7 +60,6 @@ def questioning_unit(
 
     Parameters
     ----------
-    specs : mapping of str to RegionSpec
     units : str or None
         None where the part was read from no file.
 

@@ -73,8 +73,6 @@ def require_zones_used(where: Where, zones: Zones, points: FloatArray) -> FloatA
 
     Parameters
     ----------
-    where : Where
-    zones : Zones
     points : (3, n) array, mm
         That fill the lattice.
 
