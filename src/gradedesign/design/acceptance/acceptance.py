@@ -163,6 +163,8 @@ def accept_submodels(
     A submodel whose boundary force or energy misses 3 % is enlarged once, where it has room and the
     memory holds it. One that cannot be meshed or solved is left out and told in ``refused``.
 
+    Raises NoSubmodelError if no submodel can be chosen.
+
     Parameters
     ----------
     surface : SurfaceMesh
@@ -177,11 +179,6 @@ def accept_submodels(
         Of the mesher, for all submodels.
     on_submodel : callable, optional
         Hears every analysed submodel.
-
-    Raises
-    ------
-    NoSubmodelError
-        If no submodel can be chosen.
     """
     avoid = [solid.regions[name].corners for name in sorted(_held_and_loaded(solid.load_cases))]
     report_step("choosing the most stressed cells")

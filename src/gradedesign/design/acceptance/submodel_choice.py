@@ -112,6 +112,8 @@ def most_stressed_submodels(
 ) -> tuple[Submodel, ...]:
     """Choose the cells with the highest stress percentile, none overlapping another.
 
+    Returns tuple of Submodel: at most ``count``, the most stressed first.
+
     Parameters
     ----------
     points : (3, M) array, mm
@@ -124,11 +126,6 @@ def most_stressed_submodels(
         Of the volume, per cent.
     cells : CellMap or float, mm
         Cells of a map, or the edge of cubes.
-
-    Returns
-    -------
-    tuple of Submodel
-        At most ``count``, the most stressed first.
     """
     if not eligible.any():
         return ()
@@ -176,10 +173,7 @@ def _touches(submodel: Submodel, corners: FloatArray) -> bool:
 def clip_surface(surface: SurfaceMesh, lower: FloatArray, upper: FloatArray) -> SurfaceMesh:
     """Cut a closed surface with a box; the result is closed.
 
-    Raises
-    ------
-    MeshError
-        If the surface cannot be cut or the box holds no material.
+    Raises MeshError if the surface cannot be cut or the box holds no material.
     """
     x, y, z = (float(s) for s in np.asarray(upper) - np.asarray(lower))
     box = box_surface((x, y, z))

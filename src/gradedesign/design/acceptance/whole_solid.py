@@ -82,12 +82,8 @@ def judge_whole(limits: Sequence[Limit], stage: WholeStage) -> WholeJudgement:
 
     The resolutions follow from the stated budgets, never from the time that is left.
 
-    Raises
-    ------
-    LatticeError
-        If no resolution holds the solid.
-    ResourceError
-        If the memory does not hold the first one.
+    Raises LatticeError if no resolution holds the solid. Raises ResourceError if the memory does
+    not hold the first one.
     """
     analyses = _Analyses(stage=stage, limits=limits)
     analyses.attempt(stage.spacing, first=True)

@@ -113,10 +113,7 @@ def require_case_text(path: str | Path, *, allow_outside: bool) -> None:
     bring:
     those who load the plugins read it again.
 
-    Raises
-    ------
-    CaseError
-        With every problem.
+    Raises CaseError with every problem.
     """
 
     def ask() -> Brought:
@@ -351,6 +348,8 @@ def case_hash(content: Table, file: Path, *read: Path | None) -> str:
     formats that are written: with more of them, or without one that cannot be written, a run that
     ended early resumes from the stages it finished.
 
+    Raises CaseError if a file cannot be read.
+
     Parameters
     ----------
     content : Table
@@ -359,11 +358,6 @@ def case_hash(content: Table, file: Path, *read: Path | None) -> str:
         The case file, for messages.
     *read : Path or None
         Files whose bytes and suffix count.
-
-    Raises
-    ------
-    CaseError
-        If a file cannot be read.
     """
     specification = content.model_dump(
         mode="json",

@@ -81,6 +81,9 @@ def draft_case(
 ) -> DraftCase:
     """Read a part and find the faces on which it may be held and loaded.
 
+    Raises CaseError if there is no such file, no reader takes it, it holds voxels, or its unit is
+    not known. Raises PartError if its geometry is damaged.
+
     Parameters
     ----------
     path : Path
@@ -91,13 +94,6 @@ def draft_case(
         Whether damage is repaired that needs a choice, as ``[part] repair = "auto"`` does.
     bodies : str
         One of `BODIES`, as ``[part] bodies``.
-
-    Raises
-    ------
-    CaseError
-        If there is no such file, no reader takes it, it holds voxels, or its unit is not known.
-    PartError
-        If its geometry is damaged.
     """
     if not path.is_file():
         raise CaseError(f"{path}: no such file; expected the file of a part")

@@ -96,17 +96,15 @@ def judge_bodies(
 ) -> Bodies:
     """Judge a printed surface, and where the case has a process the body that is built of it.
 
+    Raises LatticeError if no resolution holds a body that decides, such as one whose walls vanish
+    as built.
+
     Parameters
     ----------
     staged : callable
         Analyses of a surface with its loads, supports and material.
     built : AsBuiltBody or None
         Of the surface.
-
-    Raises
-    ------
-    LatticeError
-        If no resolution holds a body that decides, such as one whose walls vanish as built.
     """
     if built is None:
         whole = judge_whole(limits, staged(surface, solid))

@@ -46,17 +46,14 @@ def with_design(
     their shape. What they shear is left to the correction. Members are a component of the lattice
     from here on, whose share of every tetrahedron is that of their bodies.
 
+    Raises LatticeError if the map folds.
+
     Parameters
     ----------
     rho : (M,) array
         Density of every tetrahedron.
     members : MemberField, optional
         Of its solid members.
-
-    Raises
-    ------
-    LatticeError
-        If the map folds.
     """
     plan, cells, part = model.plan, model.cells, model.homogenised
     case = plan.case

@@ -115,17 +115,14 @@ class NoTimeError(ResourceError):
 def require_time(iteration: int, deadline: Deadline, least_s: float) -> None:
     """Refuse to begin an acceptance for which there is no time on an idle machine.
 
+    Raises NoTimeError if less is left.
+
     Parameters
     ----------
     iteration : int
         Number of the one whose design is to be judged.
     least_s : float, s
         That the acceptance takes.
-
-    Raises
-    ------
-    NoTimeError
-        If less is left.
     """
     remaining = deadline.remaining()
     if remaining < least_s:

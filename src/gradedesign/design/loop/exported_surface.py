@@ -33,20 +33,16 @@ def export_surface(
 ) -> tuple[SurfaceMesh, Islands, str]:
     """Extract the surface, drop islands, have it written as STL and read back.
 
+    Raises LatticeError if the surface in the file does not close as it is, or its volume differs
+    from the analysed solid's by more than 5 %. Raises ResourceError if the file that is read back
+    is not the one that was written.
+
     Returns
     -------
     surface : SurfaceMesh
         As read back.
     sha256 : str
         Of the file.
-
-    Raises
-    ------
-    LatticeError
-        If the surface in the file does not close as it is, or its volume differs from the analysed
-        solid's by more than 5 %.
-    ResourceError
-        If the file that is read back is not the one that was written.
     """
     size = analysed.result.solved.division.surface_size
     step = _SURFACE_PER_SPACING * size

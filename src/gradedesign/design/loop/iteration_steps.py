@@ -196,10 +196,7 @@ def build_design(domain: DesignDomain, cells: CellChoice, grid: DensityGrid) -> 
 def explicit_spacing(model: DesignModel, grid: DensityGrid) -> float:
     """Element size of the explicit analysis from the thinnest wall or layer of a design, mm.
 
-    Raises
-    ------
-    LatticeError
-        If the thinnest wall is thinner than [print] min_wall.
+    Raises LatticeError if the thinnest wall is thinner than [print] min_wall.
     """
     printer = model.plan.case.print
     report_step("thinnest wall")

@@ -61,10 +61,7 @@ class RunCost:
     def predict(self, model: DesignModel, announce: Announcer) -> None:
         """Predict from the prepared case and report it.
 
-        Raises
-        ------
-        ResourceError
-            If the linear solver of the case cannot take what is to come.
+        Raises ResourceError if the linear solver of the case cannot take what is to come.
         """
         self.work = run_work(model)
         solver, case = model.plan.tools.solver, model.plan.case
@@ -112,10 +109,7 @@ class RunCost:
     ) -> None:
         """Announce the predicted cost of an acceptance before it begins.
 
-        Raises
-        ------
-        NoTimeError
-            If it cannot end in time.
+        Raises NoTimeError if it cannot end in time.
         """
         least, expected = self.acceptance(iteration)
         number = iteration.summary.number
@@ -182,10 +176,7 @@ def require_solver_takes(
     Each system is refused again by `LinearSolver.refusal` once it is there; this knows it as far as
     it can be predicted. What is too large only by less than predictions are off is a warning.
 
-    Raises
-    ------
-    ResourceError
-        With file and line, the analysis and its unknowns.
+    Raises ResourceError with file and line, the analysis and its unknowns.
     """
     # Submodels are about as large as each other; of the whole surface this is a part.
     remeshed = int(DOFS_PER_TET * work.mesher_tets / submodels)

@@ -47,17 +47,14 @@ def saturated(
     that an earlier design held is within reach,
     whatever the model predicts now.
 
+    Returns str or None: one sentence: the limit, and what would help.
+
     Parameters
     ----------
     iterations : sequence of DesignIteration
         In order, with their explicit values; limits that the last one breaks are looked at.
     factors : mapping of LimitKey to float
         Factors of acceptance.
-
-    Returns
-    -------
-    str or None
-        One sentence: the limit, and what would help.
     """
     if iterations[-1].members is not None:
         return None

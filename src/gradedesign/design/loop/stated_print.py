@@ -99,11 +99,8 @@ class StatedPrint:
 def stated_print(stated: StatedLattice) -> StatedPrint:
     """Make what the files of a case need: the surface, or layers of the field alone.
 
-    Raises
-    ------
-    LatticeError
-        If there is no solid, too much of it would be disconnected, or what a format refuses, such
-        as layers that do not hold the volume of the field.
+    Raises LatticeError if there is no solid, too much of it would be disconnected, or what a format
+    refuses, such as layers that do not hold the volume of the field.
     """
     return _in_layers(stated) if _layers_alone(stated) else _with_surface(stated)
 

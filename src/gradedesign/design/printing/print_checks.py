@@ -47,10 +47,7 @@ def require_voxels_fit(
 ) -> None:
     """Refuse throats that no grid resolves within the memory, bytes, before anything is made.
 
-    Raises
-    ------
-    ResourceError
-        With what it takes.
+    Raises ResourceError with what it takes.
     """
     if spec is None:
         return

@@ -49,15 +49,12 @@ def wall_thickness(surface: SurfaceMesh, rays: int = RAYS) -> WallThickness:
     wall's end on a face of the part, has the length of the wall behind it, and an acute edge has
     less than any wall near it, so the lowest percentiles also tell of sharp rims.
 
+    Raises MeshError if rays find no way out of the solid: the surface is open.
+
     Parameters
     ----------
     surface : SurfaceMesh
         Closed and outward oriented.
-
-    Raises
-    ------
-    MeshError
-        If rays find no way out of the solid: the surface is open.
     """
     origins, inward = surface_rays(surface, rays)
     length = ray_lengths(build_triangle_tree(corner_points(surface)), origins, inward)

@@ -27,17 +27,14 @@ def analysable_lattice(
 ) -> Analysable:
     """The analysis that a case takes, with the density bounds that it can analyse.
 
+    Raises ResourceError if the memory of the case holds no density of its window.
+
     Parameters
     ----------
     bounds : sequence of (float, float)
         Density windows of user, cell, law and printer of every zone, one without zones.
     latticed, solid : float, mm^3
         Volume that becomes lattice, and volume that stays solid.
-
-    Raises
-    ------
-    ResourceError
-        If the memory of the case holds no density of its window.
     """
     case = plan.case
     part = planned_part(

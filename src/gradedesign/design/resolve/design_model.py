@@ -208,11 +208,8 @@ def _placed_limits(
 ) -> tuple[tuple[Limit, ...], tuple[str, ...]]:
     """Limits of a case on the tetrahedra of its part, and their warnings.
 
-    Raises
-    ------
-    CaseError
-        If tetrahedra are so coarse that the zones around supports leave too little of the part or
-        of its lattice to a limit of stress.
+    Raises CaseError if tetrahedra are so coarse that the zones around supports leave too little of
+    the part or of its lattice to a limit of stress.
     """
     case, zones, space = plan.case, plan.support_zones, homogenised.space
     evaluated = evaluated_at(centroids(space.mesh), zones)

@@ -95,15 +95,12 @@ def require_judged(
 ) -> None:
     """Refuse zones that leave too little of the part or of its lattice to a limit of stress.
 
+    Raises CaseError, naming the share that is left and the largest radius that leaves enough.
+
     Parameters
     ----------
     inside, lattice : (3, n) array, mm
         Points that fill the part, and its lattice, evenly.
-
-    Raises
-    ------
-    CaseError
-        Naming the share that is left and the largest radius that leaves enough.
     """
     if not zones:
         return

@@ -102,10 +102,7 @@ def part_of(case: Case, readers: Mapping[str, Reader], mend: Mend | None = None)
 def require_fits(spec: PrintSpec | None, surface: SurfaceMesh, where: Where) -> None:
     """Refuse a part that is larger than ``[print] build_volume`` in its build direction.
 
-    Raises
-    ------
-    CaseError
-        With the extents of the part and the directions in which it would fit.
+    Raises CaseError with the extents of the part and the directions in which it would fit.
     """
     if spec is None or spec.build_volume is None:
         return

@@ -97,10 +97,7 @@ def lattice_files(
 def require_writable(files: Sequence[LatticeFile], planned: PlannedPrint, where: Where) -> None:
     """Refuse formats that cannot hold a lattice, before it is made.
 
-    Raises
-    ------
-    CaseError
-        With file, line, format and reason.
+    Raises CaseError with file, line, format and reason.
     """
     for file in files:
         with blaming(f"exporter '{file.exporter.name}' of {file.source}", always=False):

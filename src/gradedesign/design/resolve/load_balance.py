@@ -81,15 +81,12 @@ def load_balances(
 ) -> tuple[LoadBalance, ...]:
     """Resultants of every load case.
 
+    Raises CaseError if a region cannot carry the bearing load on it.
+
     Parameters
     ----------
     density : float, t/mm^3
         Of the solid material: an acceleration is taken to act on the solid part.
-
-    Raises
-    ------
-    CaseError
-        If a region cannot carry the bearing load on it.
     """
     return tuple(
         _balance(spec, part, density, where, f"load_case[{number}]")

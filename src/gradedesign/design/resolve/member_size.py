@@ -31,10 +31,7 @@ def with_member_size(
 
     ``part`` states the mesh size.
 
-    Raises
-    ------
-    CaseError
-        If tetrahedra or the printer do not resolve a stated one.
+    Raises CaseError if tetrahedra or the printer do not resolve a stated one.
     """
     if not lattice.members:
         return lattice

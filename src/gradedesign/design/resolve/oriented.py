@@ -73,17 +73,12 @@ def alignment(rotation: Triple, layout: CellLayout, tensor_of: Field) -> dict[st
 def oriented(model: DesignModel) -> DesignModel:
     """The model with cells along the directions that its case states; unchanged without any.
 
+    Raises CaseError if there is no direction to follow. Raises LatticeError if the map folds.
+
     Parameters
     ----------
     model : DesignModel
         Its solid part analysed, where cells follow the stress in that.
-
-    Raises
-    ------
-    CaseError
-        If there is no direction to follow.
-    LatticeError
-        If the map folds.
     """
     plan, cells, case = model.plan, model.cells, model.plan.case
     orientation = case.lattice.orientation

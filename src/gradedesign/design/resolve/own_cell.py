@@ -21,15 +21,9 @@ def with_own_cell(lattice: LatticeSpec, registry: Registry, where: Where) -> Reg
 
     Where cells are no phase of it, void stands for them.
 
-    Raises
-    ------
-    CaseError
-        For an unknown maker or option, a file of the wrong kind, the name of an installed cell,
-        options that the maker refuses, or a shape that is no cell.
-    DensityError
-        If at no density the solid is one connected piece.
-    PluginError
-        If the maker breaks.
+    Raises CaseError for an unknown maker or option, a file of the wrong kind, the name of an
+    installed cell, options that the maker refuses, or a shape that is no cell. Raises DensityError
+    if at no density the solid is one connected piece. Raises PluginError if the maker breaks.
     """
     own, name = lattice.own_cell, lattice.cell
     if not lattice.cells:

@@ -121,6 +121,9 @@ def rebuilt(
     spacing where they are curved, edges are chamfered by half of it, and what is thinner than two
     steps may be lost.
 
+    Raises CaseError if the grid is as coarse as the part. Raises ResourceError if the grid takes
+    more memory.
+
     Parameters
     ----------
     surface : SurfaceMesh
@@ -129,13 +132,6 @@ def rebuilt(
         Of the grid.
     where : str
         The key of the case, for messages.
-
-    Raises
-    ------
-    CaseError
-        If the grid is as coarse as the part.
-    ResourceError
-        If the grid takes more memory.
     """
     lower, upper = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     if (upper - lower).max() < _LEAST_STEPS * spacing:

@@ -34,10 +34,7 @@ def held_loads(
 ) -> tuple[PartLoadCase, ...]:
     """Supports and forces of every load case, each held against every rigid motion.
 
-    Raises
-    ------
-    CaseError
-        Naming the motions that the supports of a load case leave free.
+    Raises CaseError, naming the motions that the supports of a load case leave free.
     """
     loads = case_loads(space, load_cases, part.regions, facets)
     for number, load_case in enumerate(loads):

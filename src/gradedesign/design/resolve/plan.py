@@ -260,10 +260,7 @@ def _shape_warnings(
 def with_acceptance(case: Case) -> Case:
     """The case with its acceptance: of the plain method, and without cells, whole, unless stated.
 
-    Raises
-    ------
-    CaseError
-        If it states submodels, which are made of cells, without any.
+    Raises CaseError if it states submodels, which are made of cells, without any.
     """
     if case.lattice.cells and not case.lattice.by_stress:
         return case
@@ -280,10 +277,7 @@ def with_acceptance(case: Case) -> Case:
 def _buckling_of_cells(lattice: LatticeSpec, limits: LimitsSpec, where: Where) -> LimitsSpec:
     """The limits; without cells none of them can buckle.
 
-    Raises
-    ------
-    CaseError
-        If their buckling is limited nevertheless.
+    Raises CaseError if their buckling is limited nevertheless.
     """
     if lattice.cells:
         return limits

@@ -178,17 +178,14 @@ def stated_law(
 ) -> ScalingLaw:
     """Power law of a cell as stated, in the window of the cell.
 
+    Raises CaseError if it is stiffer or stronger than the base material in proportion to density.
+
     Parameters
     ----------
     density : (float, float)
         Relative densities that the case allows; the law is checked where the cell has them.
     poissons_ratio : float
         Of the base material, which the lattice keeps.
-
-    Raises
-    ------
-    CaseError
-        If it is stiffer or stronger than the base material in proportion to density.
 
     References
     ----------

@@ -47,10 +47,7 @@ def predicted_part_dofs(spec: PartSpec, part: Part) -> int:
 def require_mesh_fits(spec: PartSpec, part: Part, memory: int, where: Where) -> None:
     """Refuse a mesh size whose analysis cannot fit the memory, bytes.
 
-    Raises
-    ------
-    ResourceError
-        Naming file, line, the unknowns at least and a mesh size that fits.
+    Raises ResourceError, naming file, line, the unknowns at least and a mesh size that fits.
     """
     dofs = least_part_dofs(spec, part)
     need, limit = predict_memory_bytes(int(dofs), 2), memory

@@ -33,10 +33,7 @@ _NO_WIDTH = 1e-3
 def case_material(spec: MaterialSpec | None, registry: Registry, where: Where) -> Material:
     """Material of a case that is analysed.
 
-    Raises
-    ------
-    CaseError
-        If there is none, or none of its name.
+    Raises CaseError if there is none, or none of its name.
     """
     if spec is None:
         raise CaseError(f"{where('material')}: missing; an analysis needs [material]")
@@ -79,17 +76,14 @@ def case_process(
 ) -> StatedProcess | None:
     """The process of a case, from the library or stated; None where it has no ``[process]``.
 
+    Raises CaseError if there is none of its name, or what is asked of it is not known of it.
+
     Parameters
     ----------
     printer : PrintSpec or None
         States the build direction.
     judged : str or None
         ``[limits] judged``; both bodies where it is not stated and an as-built one is known.
-
-    Raises
-    ------
-    CaseError
-        If there is none of its name, or what is asked of it is not known of it.
     """
     if spec is None:
         return None
@@ -134,10 +128,7 @@ def case_process(
 def require_below_yield(limits: LimitsSpec, material: Material, where: Where) -> tuple[str, ...]:
     """Refuse a limit of stress beyond the strength of a material; a warning where it is allowed.
 
-    Raises
-    ------
-    CaseError
-        With file and line, unless the case states ``beyond_yield``.
+    Raises CaseError with file and line, unless the case states ``beyond_yield``.
     """
     strength = material.yield_strength
     if words := beyond_yield(limits, strength, material.youngs_modulus, name=material.name):
@@ -149,10 +140,7 @@ def require_below_yield(limits: LimitsSpec, material: Material, where: Where) ->
 def require_expansion(load_cases: Sequence[LoadCaseSpec], material: Material, where: Where) -> None:
     """Refuse a temperature change of a material whose thermal expansion is nothing.
 
-    Raises
-    ------
-    CaseError
-        With file and line.
+    Raises CaseError with file and line.
     """
     for i, load in enumerate(load_cases):
         if load.temperature_change and not material.thermal_expansion:
@@ -169,10 +157,7 @@ def stated_family(
 ) -> tuple[CellFamily, dict[str, float]]:
     """The cell family that a table of a case names, and its parameters with those stated.
 
-    Raises
-    ------
-    CaseError, PluginError
-        For an unknown family or parameter, with file and line.
+    Raises CaseError or PluginError for an unknown family or parameter, with file and line.
     """
     with locating(where, f"{table}.cell"):
         family: CellFamily = lookup(registry, "cell_families", name)
@@ -195,10 +180,7 @@ def density_bounds(
     ``least_size`` is the shortest extent of any cell, mm: its walls must be printable. Without a
     law, or with a planned one, the answer is known before any is computed.
 
-    Raises
-    ------
-    CaseError
-        If nothing is left, or no density has walls as thick as the printer needs.
+    Raises CaseError if nothing is left, or no density has walls as thick as the printer needs.
     """
     low, high = spec.densities
     windows = {f"cell family '{cell.name}'": cell.window}

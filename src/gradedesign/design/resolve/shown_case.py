@@ -102,10 +102,7 @@ def shown_case(case: Case, registry: Registry) -> CaseShown:
 
     Of one with a mistake: its part with the regions that are found, and the loads on these.
 
-    Raises
-    ------
-    GradeDesignError
-        If not even the part can be read.
+    Raises GradeDesignError if not even the part can be read.
     """
     try:
         registry = with_own_cell(case.lattice, registry, case.where)

@@ -147,10 +147,7 @@ def _solid_yielding(
 def with_solid(model: DesignModel, solutions: tuple[Solution, ...]) -> DesignModel:
     """The model with the analysis of the solid part, and with limits relative to it resolved.
 
-    Raises
-    ------
-    CaseError
-        If a limit is relative to a value that is nothing in the solid part.
+    Raises CaseError if a limit is relative to a value that is nothing in the solid part.
     """
     analysis = _solid_analysis(model, solutions)
     where = model.plan.case.where

@@ -46,12 +46,9 @@ _PLACES_PER_CELL = 12
 def stated_cells(case: Case, registry: Registry) -> Cells:
     """Look up and calibrate the families of a case; their window is of walls that can be printed.
 
-    Raises
-    ------
-    CaseError
-        For an unknown family or parameter, or more than two different cells in zones.
-    DensityError
-        If two families have no density in common, or no density gives walls thick enough.
+    Raises CaseError for an unknown family or parameter, or more than two different cells in zones.
+    Raises DensityError if two families have no density in common, or no density gives walls thick
+    enough.
     """
     spec = case.lattice
     least = None if case.print is None else case.print.min_wall
@@ -147,19 +144,15 @@ def placed_cells(
 ) -> tuple[Cells, dict[str, Any]]:
     """Cells with their weights, shifts and levels from place to place, and measures of these.
 
+    Raises DensityError if the weight leaves 0 to 1 inside the part. Raises LatticeError if the
+    transition falls apart.
+
     Parameters
     ----------
     cell_map : callable
         Points ``(3, ...)`` mm to ``(3, ...)`` cell coordinates.
     density : DensityGrid or float
         A transition must be connected at its least value; a parameter may follow it.
-
-    Raises
-    ------
-    DensityError
-        If the weight leaves 0 to 1 inside the part.
-    LatticeError
-        If the transition falls apart.
     """
     spec, measures = case.lattice, dict[str, Any]()
     if spec.parameter_map is not None:
@@ -268,12 +261,8 @@ def _parameter_share(
 ) -> Field:
     """Place between the first and last increment, 0 to 1, at points ``(3, ...)`` mm.
 
-    Raises
-    ------
-    CaseError
-        If the parameter is to follow a density that is the same everywhere.
-    DensityError
-        If the formula leaves the values of the increments inside the part.
+    Raises CaseError if the parameter is to follow a density that is the same everywhere. Raises
+    DensityError if the formula leaves the values of the increments inside the part.
     """
     first, last = spec.values
     with locating(case.where, "lattice.parameter_map"):

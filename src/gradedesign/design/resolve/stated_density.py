@@ -32,6 +32,8 @@ def stated_density(
 ) -> DensityGrid | float:
     """Density of a case, checked against its allowed range.
 
+    Raises DensityError if a density is not allowed. Raises CaseError if a file cannot be used.
+
     Parameters
     ----------
     source : callable, optional
@@ -40,13 +42,6 @@ def stated_density(
         Densities the cell, and the printer, allow.
     level_of : callable
         Of the cell; refuses a density it does not have.
-
-    Raises
-    ------
-    DensityError
-        If a density is not allowed.
-    CaseError
-        If a file cannot be used.
     """
     spec = case.lattice
     low, high = spec.stated_range or window

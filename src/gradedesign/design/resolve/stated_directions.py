@@ -23,23 +23,16 @@ def stated_directions(
 ) -> Field | None:
     """Tensors whose principal directions a case states, without any analysis.
 
+    Returns callable or None: points ``(3, ...)`` mm to tensors ``(3, 3, ...)``; None where the case
+    states none, or those of an analysis. Raises CaseError or PluginError if a file cannot be used,
+    or nothing installed reads it.
+
     Parameters
     ----------
     distance : callable
         Signed distance of the part.
     memory : int, bytes
         That a file may take.
-
-    Returns
-    -------
-    callable or None
-        Points ``(3, ...)`` mm to tensors ``(3, 3, ...)``; None where the case states none, or
-        those of an analysis.
-
-    Raises
-    ------
-    CaseError, PluginError
-        If a file cannot be used, or nothing installed reads it.
     """
     if spec is None:
         return None

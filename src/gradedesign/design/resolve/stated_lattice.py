@@ -167,18 +167,14 @@ def stated_layout(
 ) -> CellLayout:
     """Place the cells of a case whose density is stated, and measure them.
 
+    Raises CaseError if the map is impossible, no lattice is left, or the cell has no wall of one
+    thickness to grade. Raises LatticeError if the map folds in the part, or the part reaches where
+    it cannot be used.
+
     Parameters
     ----------
     cell : Cell
         Of the (first) family: graded size follows its walls.
-
-    Raises
-    ------
-    CaseError
-        If the map is impossible, no lattice is left, or the cell has no wall of one thickness to
-        grade.
-    LatticeError
-        If the map folds in the part, or the part reaches where it cannot be used.
     """
     spec, where, memory = case.lattice, case.where, case.run.memory
     require_one_thickness(spec, where, cell.family)

@@ -44,6 +44,8 @@ def with_stressed_skins(
 ) -> Plan:
     """The case with skins whose thickness follows the stress of the solid part.
 
+    Raises CaseError if the solid part carries no stress.
+
     Parameters
     ----------
     kinds : mapping of name to ComponentKind
@@ -51,11 +53,6 @@ def with_stressed_skins(
         Of the part.
     on_event : callable, optional
         Hears of the thickness.
-
-    Raises
-    ------
-    CaseError
-        If the solid part carries no stress.
     """
     case, part = plan.case, plan.part
     if not any(spec.follows for spec in case.lattice.skin):
@@ -75,10 +72,8 @@ def with_stressed_skins(
 def _recomposed(plan: Plan, place: ComponentPlace, kinds: Mapping[str, ComponentKind]) -> Plan:
     """The case with its components and cells made anew in the same part.
 
-    Raises
-    ------
-    CaseError, LatticeError
-        If skin and solid regions leave no lattice, or the map of the cells cannot be used.
+    Raises CaseError or LatticeError if skin and solid regions leave no lattice, or the map of the
+    cells cannot be used.
     """
     domain = composed(place, kinds)
     layout = placed_layout(place.lattice, place.where, place.part, domain)

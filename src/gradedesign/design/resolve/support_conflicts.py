@@ -30,10 +30,7 @@ def require_agreeing(load_cases: Sequence[LoadCaseSpec], part: Part, where: Wher
     Regions that share an edge, a corner or an area have nodes of every mesh in common, which
     cannot be displaced by two values.
 
-    Raises
-    ------
-    CaseError
-        Naming both supports by file, line, region and value, and a common point.
+    Raises CaseError, naming both supports by file, line, region and value, and a common point.
     """
     tolerance = TOUCHING * part.diagonal
     for number, spec in enumerate(load_cases):
@@ -99,10 +96,7 @@ def require_supported(load_cases: Sequence[LoadCaseSpec], part: Part, where: Whe
 
     The same check is made again with the pieces of the mesh; this one needs no mesh.
 
-    Raises
-    ------
-    CaseError
-        Naming file, line, load case and motions.
+    Raises CaseError, naming file, line, load case and motions.
     """
     body = body_of_triangles(part.surface)
     count = int(body.max()) + 1
@@ -121,10 +115,7 @@ def require_supported(load_cases: Sequence[LoadCaseSpec], part: Part, where: Whe
 def require_apart(spec: PartSpec, part: Part, where: Where) -> None:
     """Refuse bodies that touch and are not joined: no grid or mesh keeps them apart.
 
-    Raises
-    ------
-    CaseError
-        Naming file, line and the area of the faces in common.
+    Raises CaseError, naming file, line and the area of the faces in common.
     """
     area = part.report.common_area
     if spec.bodies == "all" and area > 0.0:

@@ -61,10 +61,7 @@ def symmetry_planes(
 ) -> tuple[SymmetryPlane, ...]:
     """Planes of symmetry that load cases state on a part.
 
-    Raises
-    ------
-    CaseError
-        If a region is no plane across an axis that bounds the whole part.
+    Raises CaseError if a region is no plane across an axis that bounds the whole part.
     """
     planes: dict[str, SymmetryPlane] = {}
     for number, spec in enumerate(load_cases):

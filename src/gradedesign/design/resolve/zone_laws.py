@@ -101,6 +101,8 @@ def zoning(
 ) -> tuple[Zoning, tuple[str, ...]]:
     """Zones with their laws on the tetrahedra of the part, and warnings on poor mixes.
 
+    Raises DensityError if a mix exists at none of the densities of the zones that meet.
+
     Parameters
     ----------
     plan : Plan
@@ -111,11 +113,6 @@ def zoning(
         Of the tetrahedra.
     on_event : callable
         Hears of mixes that are computed.
-
-    Raises
-    ------
-    DensityError
-        If a mix exists at none of the densities of the zones that meet.
     """
     case = plan.case
     zones = plan.zones

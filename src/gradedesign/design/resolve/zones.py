@@ -214,6 +214,8 @@ def _joined(
 ) -> Cells:
     """Cells of zones, moved so that those that meet join in transitions ``length`` cells long.
 
+    Raises LatticeError if a transition falls apart.
+
     Parameters
     ----------
     length : float
@@ -226,11 +228,6 @@ def _joined(
         Weights at points that fill the lattice.
     own : TransitionSpec or None
         That states the scale of the mix and how the second cell is moved.
-
-    Raises
-    ------
-    LatticeError
-        If a transition falls apart.
     """
     number = [members.index(zone.cell) for zone in zones]
     scale: Scale = "distance" if own is not None and own.scale == "distance" else "rank"

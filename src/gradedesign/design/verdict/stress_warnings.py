@@ -45,16 +45,13 @@ ENOUGH = 3.0
 def coarse_layer(solid: PrintedSolid, result: ExplicitResult) -> str:
     """The thinnest layer of a solid where an analysis has too few elements through it, or nothing.
 
+    Returns str: such as ``1.4 finite cells of 1.07 mm go through region 'tip', 1.5 mm thick, where
+    3 are enough``.
+
     Parameters
     ----------
     result : ExplicitResult
         Its finest analysis.
-
-    Returns
-    -------
-    str
-        Such as ``1.4 finite cells of 1.07 mm go through region 'tip', 1.5 mm thick, where 3 are
-        enough``.
     """
     components = solid.design.domain.components
     thickness, name = min(((c.least, c.name) for c in components), default=(np.inf, ""))

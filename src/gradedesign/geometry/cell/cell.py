@@ -97,10 +97,7 @@ _PROBES = 2000
 def cell_key(cell: Cell) -> str:
     """Content key of a cell with its parameters and levels, for answers kept in the user's cache.
 
-    Returns
-    -------
-    str
-        Another one wherever the field, its levels or the program changed.
+    Returns str: another one wherever the field, its levels or the program changed.
     """
     family, parameters = cell.family, dict(cell.parameters)
     points = np.random.default_rng(1).uniform(0.0, float(family.period), (3, _PROBES))

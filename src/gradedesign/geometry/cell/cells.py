@@ -87,15 +87,13 @@ class Cells:
     def shape(self, u: FloatArray) -> FloatArray:
         """Value whose solid is ``<= level_of(rho)``: a single cell's own, else a density, 0 to 1.
 
+        Returns (...) array.
+
         Parameters
         ----------
         u : (3 + n, ...) or (3, ...) array
             Cell coordinates, and weights of the n members that sum up to 1. Where three have a
             weight, the two largest count.
-
-        Returns
-        -------
-        (...) array
 
         Notes
         -----
@@ -122,10 +120,7 @@ class Cells:
     def level_of(self, rho: FloatArray | float) -> FloatArray:
         """Level of the solid of relative densities ``(...)``: of several cells the density itself.
 
-        Raises
-        ------
-        DensityError
-            If a density is outside the window.
+        Raises DensityError if a density is outside the window.
         """
         if len(self.members) == 1:
             return self.members[0].level_of(rho)
@@ -154,6 +149,8 @@ def cell_pair(
 ) -> Cells:
     """Two cells that pass into each other.
 
+    Raises DensityError if there is no density that both have.
+
     Parameters
     ----------
     scale : {"rank", "distance"}
@@ -164,11 +161,6 @@ def cell_pair(
     reference : float, optional
         Density of the surfaces from which *distance* counts; the middle of the common window
         without it.
-
-    Raises
-    ------
-    DensityError
-        If there is no density that both have.
     """
     low, high = _common_window((first, second))
     if not low < high:
@@ -197,6 +189,9 @@ def cell_increments(
 ) -> Cells:
     """A family at evenly spread values of one parameter, each passing into the next.
 
+    Raises CaseError if the family has no such parameter, or there is nothing between the ends.
+    Raises DensityError if the increments have no density in common.
+
     Parameters
     ----------
     parameters : mapping of str to float or None
@@ -205,13 +200,6 @@ def cell_increments(
         First and last value.
     count : int
         Increments, 2 at least.
-
-    Raises
-    ------
-    CaseError
-        If the family has no such parameter, or there is nothing between the ends.
-    DensityError
-        If the increments have no density in common.
     """
     if parameter not in family.parameters:
         names = ", ".join(sorted(family.parameters)) or "none"

@@ -40,6 +40,8 @@ def formula_cell(
 ) -> CellFamily:
     """Cell whose solid lies where a formula is below a level, or near where it is zero.
 
+    Raises CaseError, naming the option, what was found and what would be right.
+
     Parameters
     ----------
     formula : str
@@ -50,11 +52,6 @@ def formula_cell(
         Of the effective stiffness; declared cubic symmetry is checked when it is computed.
     parameters : sequence of (str, float)
         Names and defaults; ``[lattice.parameters]`` of a case overrides them.
-
-    Raises
-    ------
-    CaseError
-        Naming the option, what was found and what would be right.
 
     Examples
     --------

@@ -51,17 +51,13 @@ def make_cell(
 ) -> CellFamily:
     """Make the cell family of a name from the options of a case.
 
+    Raises CaseError for an option that the maker does not have or that is missing, a file where it
+    takes none or another kind, and whatever the maker refuses. Raises PluginError if the maker
+    breaks, or returns anything but the cell.
+
     Parameters
     ----------
     options : mapping of str to plain data
-
-    Raises
-    ------
-    CaseError
-        For an option that the maker does not have or that is missing, a file where it takes none
-        or another kind, and whatever the maker refuses.
-    PluginError
-        If the maker breaks, or returns anything but the cell.
     """
     for key in options:
         if key not in maker.options:

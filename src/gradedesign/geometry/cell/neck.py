@@ -68,6 +68,8 @@ def measure_neck(
 
     A cell of each pure family stands before and after the transition.
 
+    Raises LatticeError if a length is not positive.
+
     Parameters
     ----------
     pair : Cells
@@ -78,11 +80,6 @@ def measure_neck(
         Of the transition; the weight rises by 3 s^2 - 2 s^3.
     resolution : int
         Grid points along a cell; a multiple of 4; widths are right to one grid step.
-
-    Raises
-    ------
-    LatticeError
-        If a length is not positive.
     """
     if not (length > 0 and resolution >= 8):
         raise LatticeError(
@@ -133,10 +130,7 @@ def joining_shift(
     with at least `_LEAST_AREA` of the specified solid. Else the one of half or quarter cells with
     the widest neck.
 
-    Raises
-    ------
-    LatticeError
-        If no shift makes one piece.
+    Raises LatticeError if no shift makes one piece.
     """
     best: tuple[float, float, float] | None = None
     widest = (False, 0.0, 0.0)

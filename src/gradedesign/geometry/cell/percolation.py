@@ -51,17 +51,15 @@ def percolation(values: FloatArray, *, open_void: bool = True) -> Percolation | 
     - the void ``g > t`` consists of components that each lead through the cell in three directions
       (one for a network, two for a sheet), apart from the same share: no powder is locked in.
 
+    Returns Percolation or None: the widest range of densities over which both hold; None where they
+    never do.
+
     Parameters
     ----------
     values : (n, n, n) array
         Shape function at the nodes ``i / n`` of its period.
     open_void : bool
         False: the second condition need not hold.
-
-    Returns
-    -------
-    Percolation or None
-        The widest range of densities over which both hold; None where they never do.
 
     Notes
     -----

@@ -16,10 +16,7 @@ def complete_parameters(
 ) -> dict[str, float]:
     """Defaults of a family, overridden by ``parameters``, sorted by name.
 
-    Raises
-    ------
-    CaseError
-        If a name is not a parameter of the family.
+    Raises CaseError if a name is not a parameter of the family.
     """
     stated = dict(parameters or {})
     unknown = sorted(set(stated) - set(family.parameters))
@@ -37,15 +34,13 @@ def evaluate_shape(
 ) -> FloatArray:
     """Values of the shape function, checked.
 
+    Returns (...) array.
+
     Parameters
     ----------
     parameters : mapping of str to float
         Complete, see `complete_parameters`.
     u : (3, ...) array, cell units
-
-    Returns
-    -------
-    (...) array
 
     Raises
     ------
@@ -118,15 +113,12 @@ def require_period(family: CellFamily, parameters: Mapping[str, float]) -> None:
 
     Compares values half a period ahead of and behind some hundred points, along each axis.
 
+    Raises PluginError, naming the family, the axis, the largest difference and where it was found.
+
     Parameters
     ----------
     parameters : mapping of str to float
         Complete.
-
-    Raises
-    ------
-    PluginError
-        Naming the family, the axis, the largest difference and where it was found.
     """
     points = family.period * spread_points(_POINTS)
     for axis in range(3):

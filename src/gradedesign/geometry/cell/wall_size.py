@@ -63,21 +63,14 @@ def wall_mm(
 ) -> FloatArray:
     """Thinnest wall or strut, mm.
 
+    Returns (...) array, mm: non-decreasing in ``rho``. Raises DensityError if a density is outside
+    the cell's window.
+
     Parameters
     ----------
     rho : (...) array
         Relative density.
     cell_size : (...) array, mm
-
-    Returns
-    -------
-    (...) array, mm
-        Non-decreasing in ``rho``.
-
-    Raises
-    ------
-    DensityError
-        If a density is outside the cell's window.
     """
     size = np.asarray(cell_size, dtype=np.float64)
     level = cell.level_of(rho)
@@ -96,10 +89,7 @@ def density_for_wall(
 ) -> float:
     """Smallest relative density whose thinnest wall is at least ``min_wall`` mm.
 
-    Raises
-    ------
-    DensityError
-        If the wall is thinner even at the top of the cell's window.
+    Raises DensityError if the wall is thinner even at the top of the cell's window.
     """
     window = cell.window
     density = np.linspace(*window, 2001)

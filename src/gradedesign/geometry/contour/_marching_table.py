@@ -101,10 +101,7 @@ def _diagonal_cost(a: int, b: int) -> float:
 def _triangulate_loop(loop: list[int]) -> tuple[tuple[int, int, int], ...]:
     """Triangles over a loop with the shortest diagonals, none of them in a cube face.
 
-    Raises
-    ------
-    ValueError
-        If every triangulation has a diagonal in a cube face (happens for no case).
+    Raises ValueError if every triangulation has a diagonal in a cube face (happens for no case).
     """
     n = len(loop)
 

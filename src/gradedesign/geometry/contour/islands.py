@@ -73,6 +73,8 @@ def remove_islands(
     A shell of positive volume bounds a solid from outside. A shell of negative volume is a void;
     it belongs to the smallest solid around it and goes or stays with it.
 
+    Raises LatticeError if nothing is solid, or more than ``max_share`` would be dropped.
+
     Parameters
     ----------
     surface : SurfaceMesh
@@ -84,11 +86,6 @@ def remove_islands(
     least_pocket : float, mm^3
         Closed voids up to this volume are filled: below the grid they are artefacts of cutting. Of
         solids those up to `CRUMB` of it are, and are dropped without being counted.
-
-    Raises
-    ------
-    LatticeError
-        If nothing is solid, or more than ``max_share`` would be dropped.
     """
     vertex_shell = vertex_shells(surface.faces, len(surface.vertices))
     shell = vertex_shell[surface.faces[:, 0]]
@@ -144,6 +141,8 @@ def largest_components(
 ) -> tuple[TetMesh, int, float]:
     """Keep the largest face-connected pieces of a tetrahedral mesh.
 
+    Raises LatticeError if the mesh is empty, or more than ``max_share`` would be dropped.
+
     Parameters
     ----------
     keep : int
@@ -159,11 +158,6 @@ def largest_components(
         Number of pieces removed.
     share : float
         Their share of the volume.
-
-    Raises
-    ------
-    LatticeError
-        If the mesh is empty, or more than ``max_share`` would be dropped.
     """
     if mesh.tets.shape[1] == 0:
         raise LatticeError("the mesh holds no tetrahedra; use a finer grid")

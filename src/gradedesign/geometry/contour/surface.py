@@ -83,6 +83,10 @@ def extract_surface(
     ``1e-6 h`` of zero count as ``+1e-6 h``, and vertices stay ``1e-3 h`` away from grid nodes, so
     no triangle degenerates and none has to be removed.
 
+    Returns SurfaceMesh: every edge is shared by exactly two opposed triangles; the volume is
+    positive. Raises LatticeError if the field has no solid on the grid, is not finite, or the
+    surface is not closed.
+
     Parameters
     ----------
     field : callable
@@ -94,16 +98,6 @@ def extract_surface(
         Grid spacing.
     nodes : int
         Grid nodes held at once, about.
-
-    Returns
-    -------
-    SurfaceMesh
-        Every edge is shared by exactly two opposed triangles; the volume is positive.
-
-    Raises
-    ------
-    LatticeError
-        If the field has no solid on the grid, is not finite, or the surface is not closed.
     """
     grid = boxed_grid(lower, upper, h)
     mesh = contour(field, grid, nodes=nodes)
@@ -141,10 +135,7 @@ class BoxedGrid:
 def boxed_grid(lower: ArrayLike, upper: ArrayLike, h: float) -> BoxedGrid:
     """The grid of spacing ``h`` mm that covers a box.
 
-    Raises
-    ------
-    LatticeError
-        If the box is empty or the spacing not positive.
+    Raises LatticeError if the box is empty or the spacing not positive.
     """
     lower, upper = (np.array(end, dtype=np.float64) for end in (lower, upper))
     if not (upper > lower).all() or not h > 0:
@@ -163,6 +154,9 @@ def contour(
 ) -> Contour:
     """Contour a field on a grid as `extract_surface` does, some cubes apart.
 
+    Raises LatticeError if the field has no solid on the grid, or is not finite. Raises
+    ResourceError if it takes more than the memory of the fit.
+
     Parameters
     ----------
     sides : (a, b, c) uint8 array, optional
@@ -171,13 +165,6 @@ def contour(
         Vertices then move along their grid edges until the triangles hold the field's volume.
     nodes : int
         Grid nodes held at once, about.
-
-    Raises
-    ------
-    LatticeError
-        If the field has no solid on the grid, or is not finite.
-    ResourceError
-        If it takes more than the memory of the fit.
     """
     began = perf_counter()
     boxed = _cut_at_box(field, grid.lower, grid.upper)
@@ -278,10 +265,8 @@ def _with_better_diagonals(
 def require_closed(surface: SurfaceMesh) -> float:
     """Enclosed volume, mm^3, of a surface that is closed, manifold and outward oriented.
 
-    Raises
-    ------
-    LatticeError
-        If an edge is not shared by exactly two opposed triangles, or the volume is not positive.
+    Raises LatticeError if an edge is not shared by exactly two opposed triangles, or the volume is
+    not positive.
     """
     torn, overloaded = unpaired_edges(surface.faces, len(surface.vertices))
     if torn or overloaded:

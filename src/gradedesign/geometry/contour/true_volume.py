@@ -99,6 +99,8 @@ def fitted_vertices(
 ) -> float:
     """Move the vertices of a contour in place; return the estimated error of the worst cell.
 
+    Returns float: relative to the solid of the cell.
+
     Parameters
     ----------
     field : callable
@@ -114,11 +116,6 @@ def fitted_vertices(
         How far from the ends of its edge a vertex stays, in grid spacings.
     counts : (p, q, r) int array
         Grid nodes inside, by cell.
-
-    Returns
-    -------
-    float
-        Relative to the solid of the cell.
     """
     h = grid[1]
     slope = np.zeros(len(faces), dtype=np.float32)

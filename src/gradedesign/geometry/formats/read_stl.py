@@ -43,16 +43,9 @@ def read_stl(path: Path) -> RawTriangles:
 
     Facet normals are ignored: the order of the corners says where outside is.
 
-    Returns
-    -------
-    RawTriangles
-        Without a unit, which STL does not carry; with warnings about oddities that do not change
-        the geometry.
-
-    Raises
-    ------
-    PartError
-        If the file is missing, damaged, empty or not STL.
+    Returns RawTriangles: without a unit, which STL does not carry; with warnings about oddities
+    that do not change the geometry. Raises PartError if the file is missing, damaged, empty or not
+    STL.
     """
     name = path.name
     try:

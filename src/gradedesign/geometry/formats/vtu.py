@@ -27,6 +27,10 @@ def write_vtu(
 ) -> None:
     """Write tetrahedra or hexahedra with fields, atomically; fields are stored as float32.
 
+    Raises ValueError if a field's name lacks its unit, as in ``"displacement [mm]"`` (``[-]`` for
+    none), or its last axis does not match the mesh. Raises CaseError or ResourceError if the file
+    cannot be written.
+
     Parameters
     ----------
     mesh : TetMesh or (points, elements)
@@ -36,14 +40,6 @@ def write_vtu(
         Field name to values ``(..., N)``, components first.
     cell_data : mapping
         Field name to values ``(..., M)``.
-
-    Raises
-    ------
-    ValueError
-        If a field's name lacks its unit, as in ``"displacement [mm]"`` (``[-]`` for none), or
-        its last axis does not match the mesh.
-    CaseError, ResourceError
-        If the file cannot be written.
     """
     import meshio
 

@@ -41,6 +41,11 @@ def write_stl(path: Path, surface: SurfaceMesh, records: bytes = b"") -> str:
     Coordinates are float32. Vertices that would fall together in float32 are moved apart by the
     smallest steps it can hold, so a reader that joins equal corners finds the same surface.
 
+    Returns str: SHA-256 of the bytes that were written, hexadecimal. Raises LatticeError if the
+    surface is empty, too large for the format or too fine for float32, or the records are not those
+    of its first triangles. Raises CaseError or ResourceError if the file cannot be written, or what
+    is read back differs.
+
     Parameters
     ----------
     surface : SurfaceMesh
@@ -48,19 +53,6 @@ def write_stl(path: Path, surface: SurfaceMesh, records: bytes = b"") -> str:
     records : bytes
         Of the first triangles as another binary STL file holds them, to the byte; their corners
         are those of the surface.
-
-    Returns
-    -------
-    str
-        SHA-256 of the bytes that were written, hexadecimal.
-
-    Raises
-    ------
-    LatticeError
-        If the surface is empty, too large for the format or too fine for float32, or the records
-        are not those of its first triangles.
-    CaseError, ResourceError
-        If the file cannot be written, or what is read back differs.
     """
     count = len(surface.faces)
     if not 0 < count < 2**32:
@@ -125,10 +117,7 @@ def surface_of_stl(data: bytes, source: str) -> SurfaceMesh:
 
     Nothing is repaired: the caller checks that the surface closes as it is.
 
-    Raises
-    ------
-    ResourceError
-        If the size of the file is not that of its triangles.
+    Raises ResourceError if the size of the file is not that of its triangles.
     """
     count = int(np.frombuffer(data[80:84], dtype="<u4")[0]) if len(data) > 84 else 0
     if count == 0 or len(data) != 84 + 50 * count:

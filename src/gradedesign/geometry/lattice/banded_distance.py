@@ -26,6 +26,9 @@ def banded_distance(
     bounds it. Where the bound settles that a point is outside the band, the bound is returned:
     it has the right sign and lies on the right side of ``-inner`` or ``outer``.
 
+    Returns callable: points ``(3, ...)`` to values ``(...)``. Raises LatticeError if the box or the
+    spacing is unusable.
+
     Parameters
     ----------
     distance : callable
@@ -36,16 +39,6 @@ def banded_distance(
         Of the coarse grid, which is evaluated here once.
     inner, outer : float, mm
         Half widths of the band in which values are exact.
-
-    Returns
-    -------
-    callable
-        Points ``(3, ...)`` to values ``(...)``.
-
-    Raises
-    ------
-    LatticeError
-        If the box or the spacing is unusable.
     """
     lower, upper = np.array(lower, dtype=np.float64), np.array(upper, dtype=np.float64)
     if not spacing > 0 or not (upper > lower).all():

@@ -53,6 +53,9 @@ def cell_layout(
 ) -> CellLayout:
     """Measure the cells of a map in a part.
 
+    Raises LatticeError if the map folds in the lattice, or cannot be used there, or there are no
+    points.
+
     Parameters
     ----------
     points : (3, n) array, mm
@@ -61,11 +64,6 @@ def cell_layout(
         Of the cell that the law describes.
     wanted : callable, optional, mm
         Nominal size.
-
-    Raises
-    ------
-    LatticeError
-        If the map folds in the lattice, or cannot be used there, or there are no points.
     """
     report = map_report(cell_map, points, wanted=wanted)
     require_unfolded(report)

@@ -74,6 +74,9 @@ def density_grid_from_elements(
     a constant stays a constant. Peaks narrower than an element are lowered. Nodes outside the part
     continue what is nearest.
 
+    Raises DensityError if ``rho`` does not match the mesh, or a value is not finite. Raises
+    ResourceError if the grid takes more memory.
+
     Parameters
     ----------
     rho : (m,) array
@@ -84,13 +87,6 @@ def density_grid_from_elements(
         By which the grid is larger than the mesh on every side.
     memory_limit_bytes : float
         What the grid may take.
-
-    Raises
-    ------
-    DensityError
-        If ``rho`` does not match the mesh, or a value is not finite.
-    ResourceError
-        If the grid takes more memory.
     """
     rho = np.asarray(rho, dtype=np.float64)
     if rho.shape != (mesh.tets.shape[1],) or rho.size == 0 or not np.isfinite(rho).all():

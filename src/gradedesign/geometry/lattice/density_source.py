@@ -46,6 +46,9 @@ def sample_density(
     trimmed material lies, the density is the source's, clipped to its range inside the part; where
     the source is not finite, that of the nearest node with a value.
 
+    Raises DensityError if a value inside is not finite or outside the window: its range and a
+    place. Raises ResourceError if the grid would be too large.
+
     Parameters
     ----------
     source : callable
@@ -61,13 +64,6 @@ def sample_density(
         Names the source in messages, such as ``"density formula"``.
     memory_limit_bytes : int
         What the grid may take.
-
-    Raises
-    ------
-    DensityError
-        If a value inside is not finite or outside the window: its range and a place.
-    ResourceError
-        If the grid would be too large.
     """
     start = np.asarray(lower, dtype=np.float64) - 2 * spacing
     extent = np.asarray(upper, dtype=np.float64) - start

@@ -102,6 +102,8 @@ def _is_number(text: str) -> bool:
 def formula_field(formula: Formula, distance: Field) -> DensitySource:
     """Value of a formula at points.
 
+    Returns callable: points ``(3, ...)`` mm to values ``(...)``.
+
     Parameters
     ----------
     formula : Formula
@@ -109,11 +111,6 @@ def formula_field(formula: Formula, distance: Field) -> DensitySource:
     distance : callable
         Signed distance of the part; d is the depth below its surface, 0 outside. Evaluated only if
         the formula contains d.
-
-    Returns
-    -------
-    callable
-        Points ``(3, ...)`` mm to values ``(...)``.
 
     Examples
     --------

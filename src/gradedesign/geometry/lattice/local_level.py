@@ -85,6 +85,8 @@ def local_level(
 ) -> LocalLevel:
     """Find the level of a mix from place to place.
 
+    Raises ResourceError if the lattice has too many cells for the memory.
+
     Parameters
     ----------
     shape : callable
@@ -96,11 +98,6 @@ def local_level(
         block.
     memory_limit_bytes : float
         That it may take.
-
-    Raises
-    ------
-    ResourceError
-        If the lattice has too many cells for the memory.
     """
     u, share, density = places
     low = np.floor(u.min(axis=1)).astype(np.int64) - period

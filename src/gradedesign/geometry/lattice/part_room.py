@@ -68,10 +68,7 @@ def require_cells_fit(
 
     The unit of the part is asked for where another one makes its cells fit.
 
-    Raises
-    ------
-    CaseError, ResourceError
-        Naming file, line, what was found and what would fit.
+    Raises CaseError or ResourceError, naming file, line, what was found and what would fit.
     """
     edges = np.ptp(part.surface.vertices, axis=0)
     cell, longest = lattice.cell_size, float(edges.max())
@@ -129,15 +126,12 @@ def _other_units(lattice: LatticeSpec, stated: PartSpec, longest: float) -> str:
 def require_warps_reach(lattice: LatticeSpec, where: Where, points: FloatArray) -> None:
     """Refuse warps in whose sphere no lattice lies: they would change nothing.
 
+    Raises CaseError, naming file, line and the nearest place of the lattice.
+
     Parameters
     ----------
     points : (3, n) array, mm
         That fill the lattice evenly.
-
-    Raises
-    ------
-    CaseError
-        Naming file, line and the nearest place of the lattice.
     """
     for number, warp in enumerate(lattice.warp):
         away = np.linalg.norm(points - np.array(warp.centre)[:, None], axis=0)
@@ -156,15 +150,12 @@ def require_warps_reach(lattice: LatticeSpec, where: Where, points: FloatArray) 
 def require_lattice_left(where: Where, points: FloatArray, domain: DesignDomain) -> None:
     """Refuse a skin and solid regions that leave no place for a lattice.
 
+    Raises CaseError, naming the key that fills the part.
+
     Parameters
     ----------
     points : (3, n) array, mm
         Where the part is lattice.
-
-    Raises
-    ------
-    CaseError
-        Naming the key that fills the part.
     """
     if points.shape[1]:
         return

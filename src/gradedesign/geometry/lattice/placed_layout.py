@@ -19,11 +19,8 @@ def placed_layout(
 ) -> CellLayout:
     """The map of a table ``[lattice]`` with the cells that it makes, not graded in size.
 
-    Raises
-    ------
-    CaseError, LatticeError
-        If skin and solid regions leave no lattice, or the map is impossible, folds in the lattice,
-        or cannot be used there.
+    Raises CaseError or LatticeError if skin and solid regions leave no lattice, or the map is
+    impossible, folds in the lattice, or cannot be used there.
     """
     cell_map = placed_map(lattice, where, part, domain.distance)
     points = lattice_points(where, domain)
@@ -42,15 +39,13 @@ def graded_layout(
 ) -> CellLayout:
     """Phase fields of cells of the wanted size, see `graded_map`, with the cells that they make.
 
+    Raises CaseError, DensityError, LatticeError or ResourceError if the map is impossible, or folds
+    in the lattice.
+
     Parameters
     ----------
     points : (3, n) array, mm
         That fill the lattice evenly.
-
-    Raises
-    ------
-    CaseError, DensityError, LatticeError, ResourceError
-        If the map is impossible, or folds in the lattice.
     """
     with locating(where, "lattice.size" if lattice.graded_size else "lattice.orientation"):
         cell_map = graded_map(lattice, where, part, wanted, frames)
@@ -60,10 +55,7 @@ def graded_layout(
 def lattice_points(where: Where, domain: DesignDomain) -> FloatArray:
     """Points that fill the part evenly where it is lattice, not skin or passive, ``(3, n)``, mm.
 
-    Raises
-    ------
-    CaseError
-        If no place is left.
+    Raises CaseError if no place is left.
     """
     points = volume_points(domain.distance, domain.lower, domain.upper, REPORT_POINTS)
     points = points[:, phase_at(domain, points) == LATTICE]

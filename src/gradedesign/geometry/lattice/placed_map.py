@@ -26,15 +26,12 @@ _SIZE = "lattice.size"
 def placed_map(lattice: LatticeSpec, where: Where, part: Part, distance: Field) -> CellMap:
     """Map of cells that are not graded in size.
 
+    Raises CaseError if the map is impossible.
+
     Parameters
     ----------
     distance : callable
         Signed distance of the part.
-
-    Raises
-    ------
-    CaseError
-        If the map is impossible.
     """
     with locating(where, map_key(where)):
         return _warped(lattice, where, _map_of_kind(lattice, part, distance))

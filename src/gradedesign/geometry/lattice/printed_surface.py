@@ -131,6 +131,8 @@ def surface_behind_skin(
     the solid its normals point into the cavities. Both surfaces lie apart, so that no Boolean
     operation is needed.
 
+    Returns SurfaceMesh: its first vertices and triangles are those of the part.
+
     Parameters
     ----------
     part : SurfaceMesh
@@ -139,11 +141,6 @@ def surface_behind_skin(
         Grid of the contour.
     asked : Resolution, optional
         As for `trimmed_surface`.
-
-    Returns
-    -------
-    SurfaceMesh
-        Its first vertices and triangles are those of the part.
 
     Raises
     ------
@@ -188,10 +185,7 @@ def appended(part: SurfaceMesh, internal: SurfaceMesh) -> SurfaceMesh:
 def internal_of(surface: SurfaceMesh, part: SurfaceMesh) -> SurfaceMesh:
     """Triangles of inner surfaces, to be appended to those of the part.
 
-    Raises
-    ------
-    LatticeError
-        If the surface does not begin with them.
+    Raises LatticeError if the surface does not begin with them.
     """
     count = len(part.faces)
     first = surface.faces[:count]

@@ -93,6 +93,8 @@ def slab_density(
 ) -> SlabDensities:
     """Measure the density of slabs.
 
+    Raises LatticeError if the part has no volume in a slab.
+
     Parameters
     ----------
     lattice : callable
@@ -106,11 +108,6 @@ def slab_density(
     thickness : float, mm
     depth : callable, optional
         Distance of the part, right in sign and where skins end; by default that of the design.
-
-    Raises
-    ------
-    LatticeError
-        If the part has no volume in a slab.
     """
     edges = slab_edges(
         float(design.domain.lower[axis]), float(design.domain.upper[axis]), thickness
@@ -186,6 +183,8 @@ def layered_density(
 ) -> tuple[SlabDensities, ...]:
     """Density of slabs across x, y and z of a lattice that is built as layers, without a surface.
 
+    Raises LatticeError if the part has no volume in a slab, or no point was found there.
+
     Parameters
     ----------
     printed : sequence of ((k,) array, (k,) array)
@@ -193,11 +192,6 @@ def layered_density(
         counts for the slab of its middle.
     thickness : float, mm
         Of a slab.
-
-    Raises
-    ------
-    LatticeError
-        If the part has no volume in a slab, or no point was found there.
     """
     slabs = []
     for axis, (middles, volumes) in enumerate(printed):

@@ -61,6 +61,8 @@ def united(
 ) -> Callable[[FloatArray, FloatArray], FloatArray]:
     """Union of the cells with the components of a domain, less rims and cuts, about mm.
 
+    Returns callable: points ``(3, ...)`` mm and the part's distance there, to values ``(...)``.
+
     Parameters
     ----------
     layers : tuple of SolidLayer
@@ -71,11 +73,6 @@ def united(
         The same in double precision, of which gradients are taken.
     size : float, mm
         Of a cell.
-
-    Returns
-    -------
-    callable
-        Points ``(3, ...)`` mm and the part's distance there, to values ``(...)``.
     """
     on_cells, join, cuts = domain.on_cells, domain.join, domain.cuts
 
@@ -158,6 +155,9 @@ def without_rims(
     the wall and the surface at its end is nearly parallel to the face, the solid is left out, and
     so is its continuation outside the part. The end of what stays is square to the face.
 
+    Returns (n,) array: larger where a rim is left out; elsewhere unchanged where the body is not
+    thin.
+
     Parameters
     ----------
     values : (n,) array
@@ -171,11 +171,6 @@ def without_rims(
     overhang : float, mm
         By which the part's faces were moved outward.
     wall : float, mm
-
-    Returns
-    -------
-    (n,) array
-        Larger where a rim is left out; elsewhere unchanged where the body is not thin.
     """
     result = np.array(values, dtype=np.float64)
     inside = np.flatnonzero(values < 0.0)

@@ -64,6 +64,10 @@ def trimmed_surface(
     is cut: the triangles deep inside are kept apart, and joined again by the vertices between.
     Vertices of the lattice are placed so that the triangles hold its volume, see `true_volume`.
 
+    Raises CoarseContourError if more is off. Raises ResourceError if the surface does not fit the
+    memory. Raises LatticeError if the lattice has no solid, or the result is not closed. Raises
+    MeshError if the Boolean kernel refuses a surface or nothing is left.
+
     Parameters
     ----------
     part : SurfaceMesh
@@ -72,17 +76,6 @@ def trimmed_surface(
         Grid of the contour.
     asked : Resolution, optional
         How much the volume of a cell may be off; whatever it is without.
-
-    Raises
-    ------
-    CoarseContourError
-        If more is off.
-    ResourceError
-        If the surface does not fit the memory.
-    LatticeError
-        If the lattice has no solid, or the result is not closed.
-    MeshError
-        If the Boolean kernel refuses a surface or nothing is left.
     """
     untrimmed = replace(design, domain=grown(design.domain, OVERHANG * step))
     field = uncut_field(untrimmed, band=3 * step, single=True)
@@ -259,6 +252,9 @@ def cube_sides(part: SurfaceMesh, origin: FloatArray, shape: Shape, h: float) ->
     ones between, count as near too, so that the border of the near ones is a manifold along its
     edges.
 
+    Returns (a, b, c) uint8 array: deep cubes lie inside, those beside and beyond outside, all of
+    them farther than `CLEARANCE` spacings from the surface; those beside touch a near one.
+
     Parameters
     ----------
     part : SurfaceMesh
@@ -269,12 +265,6 @@ def cube_sides(part: SurfaceMesh, origin: FloatArray, shape: Shape, h: float) ->
         Number of nodes.
     h : float, mm
         Spacing.
-
-    Returns
-    -------
-    (a, b, c) uint8 array
-        Deep cubes lie inside, those beside and beyond outside, all of them farther than `CLEARANCE`
-        spacings from the surface; those beside touch a near one.
     """
     corners = (corner_points(part) - origin) / h
     cubes = tuple(n - 1 for n in shape)

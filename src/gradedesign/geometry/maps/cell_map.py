@@ -60,6 +60,8 @@ def uniform_map(
 ) -> CellMap:
     """Map of equal cells.
 
+    Raises CaseError if a size is not positive or the matrix is not a rotation.
+
     Parameters
     ----------
     size : float or (3,) sequence, mm
@@ -68,11 +70,6 @@ def uniform_map(
         Where a corner of a cell lies.
     rotation : (3, 3) array, optional
         Columns are the cell axes in global coordinates.
-
-    Raises
-    ------
-    CaseError
-        If a size is not positive or the matrix is not a rotation.
 
     Examples
     --------
@@ -116,15 +113,12 @@ def turned_axes(degrees: Sequence[float]) -> FloatArray:
 def require_regular(cell_map: CellMap, points: FloatArray) -> None:
     """Refuse a map where its cells shrink to nothing inside the part.
 
+    Raises LatticeError, naming the place.
+
     Parameters
     ----------
     points : (3, ...) array, mm
         Points inside the part.
-
-    Raises
-    ------
-    LatticeError
-        Naming the place.
     """
     if cell_map.singular is None:
         return
@@ -142,10 +136,7 @@ def require_regular(cell_map: CellMap, points: FloatArray) -> None:
 def positive_sizes(size: float | Sequence[float]) -> FloatArray:
     """Three cell edges in mm from one or three.
 
-    Raises
-    ------
-    CaseError
-        If an edge is not positive and finite.
+    Raises CaseError if an edge is not positive and finite.
     """
     edges = np.array(np.broadcast_to(np.asarray(size, dtype=np.float64), (3,)))
     if not (np.isfinite(edges).all() and (edges > 0).all()):
@@ -156,10 +147,7 @@ def positive_sizes(size: float | Sequence[float]) -> FloatArray:
 def _rotation_matrix(rotation: ArrayLike) -> FloatArray:
     """Check that a ``(3, 3)`` matrix is a rotation.
 
-    Raises
-    ------
-    CaseError
-        If its columns are not right-handed orthogonal unit vectors.
+    Raises CaseError if its columns are not right-handed orthogonal unit vectors.
     """
     axes = np.array(rotation, dtype=np.float64)
     if axes.shape != (3, 3) or not (
@@ -177,20 +165,12 @@ def frame_along(axis: Sequence[float]) -> FloatArray:
 
     The first lies along the coordinate axis that is most nearly perpendicular to it.
 
+    Returns (3, 3) array: columns are the axes. Raises CaseError if the direction has no length.
+
     Parameters
     ----------
     axis : (3,) sequence
         Direction of the third axis, any length.
-
-    Returns
-    -------
-    (3, 3) array
-        Columns are the axes.
-
-    Raises
-    ------
-    CaseError
-        If the direction has no length.
     """
     third = np.asarray(axis, dtype=np.float64)
     length = float(np.linalg.norm(third))

@@ -30,6 +30,9 @@ def conformal_map(
 ) -> CellMap:
     """Map whose third coordinate counts layers from a surface.
 
+    Returns CellMap: differentiable where ``depth`` is: not where two places of the surface are
+    equally near. Raises CaseError for an impossible size or direction.
+
     Parameters
     ----------
     depth : callable
@@ -44,16 +47,6 @@ def conformal_map(
         degrees.
     origin : (3,) sequence, mm
         A corner of a cell in the plane.
-
-    Returns
-    -------
-    CellMap
-        Differentiable where ``depth`` is: not where two places of the surface are equally near.
-
-    Raises
-    ------
-    CaseError
-        For an impossible size or direction.
     """
     edges = positive_sizes(size)
     frame = frame_along(normal)
@@ -91,6 +84,8 @@ def layered_map(
 ) -> CellMap:
     """Map with a whole number of layers between two surfaces, both of which they follow.
 
+    Raises CaseError for an impossible size, direction or number of layers.
+
     Parameters
     ----------
     near, far : callable
@@ -100,11 +95,6 @@ def layered_map(
         Edges of a cell across ``normal``.
     normal, origin
         As for :func:`conformal_map`.
-
-    Raises
-    ------
-    CaseError
-        For an impossible size, direction or number of layers.
     """
     count = whole_cells(layers, "between the two surfaces")
     first, second = np.broadcast_to(np.asarray(size, dtype=np.float64), (2,))

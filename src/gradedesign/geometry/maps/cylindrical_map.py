@@ -22,6 +22,10 @@ def cylindrical_map(
 ) -> CellMap:
     """Map of cells about an axis: u = (radius, angle, height).
 
+    Returns CellMap: its second coordinate jumps by ``around``, a whole number, at half a turn from
+    the frame's first axis: invisible to periodic cells. Raises CaseError if a size, the radius or
+    the number of cells is impossible.
+
     Parameters
     ----------
     around : int
@@ -34,17 +38,6 @@ def cylindrical_map(
     origin : (3,) sequence, mm
         On the axis; a slice of cells begins here.
     axis : (3,) sequence
-
-    Returns
-    -------
-    CellMap
-        Its second coordinate jumps by ``around``, a whole number, at half a turn from the
-        frame's first axis: invisible to periodic cells.
-
-    Raises
-    ------
-    CaseError
-        If a size, the radius or the number of cells is impossible.
     """
     count = whole_cells(around, "around the axis")
     for name, value in (
@@ -98,10 +91,7 @@ def cylindrical_map(
 def whole_cells(count: float, where: str) -> int:
     """Check a number of cells that must close on themselves.
 
-    Raises
-    ------
-    CaseError
-        If it is not a whole number of at least 1.
+    Raises CaseError if it is not a whole number of at least 1.
     """
     if not (np.isfinite(count) and count == round(count) and count >= 1):
         raise CaseError(f"{count:g} cells {where} do not join up; use a whole number of at least 1")

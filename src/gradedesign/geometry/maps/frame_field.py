@@ -42,6 +42,10 @@ def frame_field(
     which row takes which direction, nor about signs, as befits cells of cubic symmetry, and leaves
     frames free where principal values are equal or the tensor vanishes.
 
+    Returns callable: points ``(3, ...)`` mm to rotations ``(3, 3, ...)``. Raises CaseError if the
+    box, the length or a tensor is impossible. Raises ResourceError if the grid would have more than
+    `MOST_ELEMENTS` elements.
+
     Parameters
     ----------
     tensor_of : callable
@@ -54,18 +58,6 @@ def frame_field(
         Rows of the frame from which all begin, together; the axes of the box by default. The
         field can be combed flat into it, so it has no singular lines: directions that go all
         round an axis are followed on one side of it only.
-
-    Returns
-    -------
-    callable
-        Points ``(3, ...)`` mm to rotations ``(3, 3, ...)``.
-
-    Raises
-    ------
-    CaseError
-        If the box, the length or a tensor is impossible.
-    ResourceError
-        If the grid would have more than `MOST_ELEMENTS` elements.
 
     Notes
     -----

@@ -49,6 +49,9 @@ def local_cells(
 ) -> LocalCells:
     """Measure the cells of a map.
 
+    Returns LocalCells: where the map is singular: global axes and the map's typical size, for
+    points that hold no lattice.
+
     Parameters
     ----------
     cell_map : CellMap
@@ -56,12 +59,6 @@ def local_cells(
     points : (3, n) array, mm
     edges : (3,) sequence
         Edges, up to a factor, of the cell that counts as not stretched.
-
-    Returns
-    -------
-    LocalCells
-        Where the map is singular: global axes and the map's typical size, for points that hold no
-        lattice.
 
     Notes
     -----

@@ -94,17 +94,15 @@ def map_report(
 ) -> MapReport:
     """Measure the cells that a map makes at points of a part.
 
+    Raises LatticeError if the part reaches a place where the map cannot be used, or there are no
+    points.
+
     Parameters
     ----------
     points : (3, n) array, mm
         Inside the part, such as :func:`volume_points` or centroids of its tetrahedra.
     wanted : callable or float, optional, mm
         Specified size of the cells.
-
-    Raises
-    ------
-    LatticeError
-        If the part reaches a place where the map cannot be used, or there are no points.
     """
     x = np.asarray(points, dtype=np.float64).reshape(3, -1)
     count = x.shape[1]
@@ -139,10 +137,7 @@ def map_report(
 def require_unfolded(report: MapReport) -> None:
     """Refuse a map that folds.
 
-    Raises
-    ------
-    LatticeError
-        Naming the share of volume and a place.
+    Raises LatticeError, naming the share of volume and a place.
     """
     if report.fold_at is None:
         return
@@ -159,6 +154,8 @@ def volume_points(
 ) -> FloatArray:
     """Points that fill a part evenly and fall at every phase of its cells, ``(3, n)``, mm.
 
+    Returns (3, n) array, mm: each stands for an equal volume.
+
     Parameters
     ----------
     inside : callable or None
@@ -167,11 +164,6 @@ def volume_points(
         Box around the part.
     count : int
         Points in the box; those inside the part are returned.
-
-    Returns
-    -------
-    (3, n) array, mm
-        Each stands for an equal volume.
     """
     start = np.asarray(lower, dtype=np.float64)[:, None]
     points = start + spread_points(count) * (np.asarray(upper, dtype=np.float64)[:, None] - start)

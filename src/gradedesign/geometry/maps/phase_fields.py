@@ -48,6 +48,10 @@ def graded_size_map(
     their size better. Where sizes can nearly be followed, cells are then brought within a tolerance
     of size and angles, see :mod:`gradedesign.geometry.maps.size_law`.
 
+    Raises CaseError if the box is empty, the grid too coarse for the smallest cell, or the number
+    of iterations negative. Raises DensityError if a size is not positive and finite. Raises
+    ResourceError if the grid has more than `MOST_NODES` nodes.
+
     Parameters
     ----------
     size_of : callable
@@ -70,16 +74,6 @@ def graded_size_map(
     CellMap
         Twice continuously differentiable (cubic B-splines). Sizes are met only as well as the
         field allows: see :func:`gradedesign.geometry.maps.map_report.map_report`.
-
-    Raises
-    ------
-    CaseError
-        If the box is empty, the grid too coarse for the smallest cell, or the number of iterations
-        negative.
-    DensityError
-        If a size is not positive and finite.
-    ResourceError
-        If the grid has more than `MOST_NODES` nodes.
 
     Notes
     -----
@@ -231,17 +225,14 @@ def _continued(values: FloatArray) -> FloatArray:
 def box_solver(shape: tuple[int, int, int], spacing: FloatArray) -> Callable[..., FloatArray]:
     """Direct solver on the whole box.
 
+    Returns callable: loads ``(nx, ny, nz)`` that sum to 0, to the solution of mean 0 (weighted by
+    the trapezoidal rule).
+
     Parameters
     ----------
     shape : (int, int, int)
         Nodes.
     spacing : (3,) array, mm
-
-    Returns
-    -------
-    callable
-        Loads ``(nx, ny, nz)`` that sum to 0, to the solution of mean 0 (weighted by the
-        trapezoidal rule).
 
     Notes
     -----

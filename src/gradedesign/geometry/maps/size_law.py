@@ -24,10 +24,7 @@ _SLACK = 1e-6
 def wall_ratio(cell: Cell, rho: FloatArray | float) -> FloatArray:
     """Thinnest wall over cell size at a relative density ``(...)``, from its calibration.
 
-    Raises
-    ------
-    DensityError
-        If a density is outside the cell's window.
+    Raises DensityError if a density is outside the cell's window.
     """
     return wall_mm(cell, rho, 1.0)
 
@@ -37,6 +34,9 @@ def size_for_wall(
 ) -> FloatArray:
     """Cell size at which walls of one thickness give the ratio, ``wall / ratio``.
 
+    Returns (...) array, mm. Raises CaseError if the wall is not positive. Raises DensityError if a
+    ratio is not positive, or a size is outside the limits.
+
     Parameters
     ----------
     ratio : (...) array
@@ -44,17 +44,6 @@ def size_for_wall(
     wall : float, mm
     limits : (float, float), optional, mm
         Least and largest size that may come out.
-
-    Returns
-    -------
-    (...) array, mm
-
-    Raises
-    ------
-    CaseError
-        If the wall is not positive.
-    DensityError
-        If a ratio is not positive, or a size is outside the limits.
 
     References
     ----------
@@ -83,6 +72,9 @@ def size_by_ratio(
 ) -> FloatArray:
     """Cell size that falls as the wall grows, ``1/L`` linear in the ratio.
 
+    Returns (...) array, mm. Raises CaseError if a range is empty. Raises DensityError if a ratio is
+    outside its range.
+
     Parameters
     ----------
     ratio : (...) array
@@ -91,17 +83,6 @@ def size_by_ratio(
         Smallest cell, at the largest ratio, and largest cell, at the smallest.
     ratios : (float, float)
         Smallest and largest ratio.
-
-    Returns
-    -------
-    (...) array, mm
-
-    Raises
-    ------
-    CaseError
-        If a range is empty.
-    DensityError
-        If a ratio is outside its range.
 
     References
     ----------
@@ -130,20 +111,13 @@ def densities_for_sizes(
 ) -> tuple[float, float]:
     """Densities at which walls of one thickness give a cell size within limits.
 
+    Returns (float, float). Raises DensityError if no density of the cell does.
+
     Parameters
     ----------
     wall : float, mm
     sizes : (float, float), mm
         Least and largest.
-
-    Returns
-    -------
-    (float, float)
-
-    Raises
-    ------
-    DensityError
-        If no density of the cell does.
     """
     density = np.linspace(*cell.window, 4001)
     ratio = wall_ratio(cell, density)
@@ -239,6 +213,8 @@ def within_tolerance(
     size to begin with, on grids of up to `MOST_ELEMENTS`, and not yet `_KEPT_SHARE`
     within 5 %; kept only if nothing folds and more of them are within 5 %.
 
+    Returns (3, nx, ny, nz) array.
+
     Parameters
     ----------
     phases : (3, nx, ny, nz) array
@@ -248,10 +224,6 @@ def within_tolerance(
     steps : (3,) array, mm
     solve : callable
         Load of the Poisson problem to node values.
-
-    Returns
-    -------
-    (3, nx, ny, nz) array
 
     References
     ----------

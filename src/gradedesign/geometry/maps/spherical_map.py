@@ -24,6 +24,8 @@ def spherical_map(
 ) -> CellMap:
     """Map of cells about a centre: u = (radius, angle from the pole, angle about the poles' axis).
 
+    Raises CaseError if a size, an angle or a number of cells is impossible.
+
     Parameters
     ----------
     around : int
@@ -42,11 +44,6 @@ def spherical_map(
         The centre.
     axis : (3,) sequence
         From the centre to the pole of angle 0.
-
-    Raises
-    ------
-    CaseError
-        If a size, an angle or a number of cells is impossible.
     """
     turn = whole_cells(around, "around the equator") / (2 * np.pi)
     rise = whole_cells(pole_to_pole, "from pole to pole") / np.pi

@@ -61,20 +61,13 @@ def warp_map(base: CellMap, spheres: Sequence[MorphingSphere]) -> CellMap:
     Theta moves points along the radii of the spheres: ``r -> r / magnification`` within the stable
     radius, unchanged beyond the outer one, and a cubic with continuous slope between.
 
+    Returns CellMap: continuously differentiable where ``base`` is, and equal to it outside the
+    spheres. Raises CaseError if two spheres overlap.
+
     Parameters
     ----------
     spheres : sequence of MorphingSphere
         None may overlap.
-
-    Returns
-    -------
-    CellMap
-        Continuously differentiable where ``base`` is, and equal to it outside the spheres.
-
-    Raises
-    ------
-    CaseError
-        If two spheres overlap.
 
     References
     ----------

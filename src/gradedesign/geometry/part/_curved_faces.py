@@ -46,10 +46,7 @@ Piece = tuple[str, list[int], Cylinder | None]
 def split_region(clusters: Clusters, members: list[int]) -> list[Piece]:
     """Split the clusters of one sharp-edged region into faces.
 
-    Returns
-    -------
-    list of (kind, clusters, cylinder)
-        Kind ``plane``, ``cylinder`` or ``other``.
+    Returns list of (kind, clusters, cylinder): kind ``plane``, ``cylinder`` or ``other``.
     """
     whole = _classify(clusters, members)
     if whole[0] != "other":

@@ -104,14 +104,11 @@ def orient_consistently(vertices: FloatArray, faces: IntArray, source: str) -> t
     Every facet gets two nodes, as it is and flipped; an edge joins the nodes that agree. A
     shell then falls into two halves, the two ways to orient it, or into one if it is one-sided.
 
+    Raises PartError if a shell is one-sided, like a Moebius strip.
+
     Returns
     -------
     faces : (m, 3) int array
-
-    Raises
-    ------
-    PartError
-        If a shell is one-sided, like a Moebius strip.
     """
     edges = face_edges(faces)
     if edges.pair_consistent.all():

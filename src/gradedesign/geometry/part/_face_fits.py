@@ -142,17 +142,14 @@ def cylinder_through(
     between corners on a cylinder face anywhere, though their corners are right. Last comes the
     least-squares cylinder of what is left, by Gauss-Newton steps.
 
+    Returns tuple or None: none where the facets are flat.
+
     Parameters
     ----------
     points : (n, 3) array, mm
     normals : (m, 3) array
         Unit normals of the facets.
     areas : (m,) array, mm^2
-
-    Returns
-    -------
-    tuple or None
-        None where the facets are flat.
     """
     weight = areas / areas.sum()
     for _ in range(4):

@@ -19,10 +19,8 @@ _LISTED = 20
 def marked_triangles(spec: RegionSpec, file_faces: FileFaces | None, region: str) -> BoolArray:
     """Triangles ``(m,)`` selected by every key on faces of the file.
 
-    Raises
-    ------
-    CaseError
-        If the file tells no faces apart, or has no such number, name or colour: lists what it has.
+    Raises CaseError if the file tells no faces apart, or has no such number, name or colour: lists
+    what it has.
     """
     stated_keys = [key for key in FILE_KEYS if getattr(spec, key)]
     if file_faces is None:

@@ -44,6 +44,8 @@ def unfolded_shells(
 
     Facets are compared within a shell alone: those of two bodies that touch stay.
 
+    Raises PartError if the surface does not close.
+
     Parameters
     ----------
     vertices : (n, 3) array, mm
@@ -51,11 +53,6 @@ def unfolded_shells(
         Consistently oriented.
     margin : float, mm
         A shell thinner than this encloses nothing.
-
-    Raises
-    ------
-    PartError
-        If the surface does not close.
     """
     points, shells, label = manifold_shells(vertices, faces, tolerance=margin, source=source)
     flat = flat_shells(points, split_by(label, shells), margin)

@@ -108,10 +108,7 @@ def fill_rims(
     and half balls over all of them are below 0.5 % of the part's volume: a flat filling of a
     larger hole could cut off what stood on it.
 
-    Raises
-    ------
-    PartError
-        If a hole is too large, or the holes together are too many to be accidents.
+    Raises PartError if a hole is too large, or the holes together are too many to be accidents.
     """
     large = [rim for rim in rims if not _is_small(rim, diagonal, volume)]
     if not large and sum(map(doubt, rims)) > _VOLUME_SHARE * abs(volume):

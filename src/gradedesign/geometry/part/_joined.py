@@ -58,6 +58,8 @@ def settle_touches(
 ) -> Settled:
     """Join bodies that touch, or set them apart; a body that touches itself is always joined.
 
+    Raises PartError if bodies that touch cannot be joined.
+
     Parameters
     ----------
     shells : Settled
@@ -68,11 +70,6 @@ def settle_touches(
         With ``one`` those of different solids are left, and named.
     margin : float, mm
         Edges shorter than this are none.
-
-    Raises
-    ------
-    PartError
-        If bodies that touch cannot be joined.
     """
     if len(touches.area) == 0:
         return shells

@@ -24,6 +24,8 @@ def manifold_shells(
 ) -> tuple[FloatArray, IntArray, IntArray]:
     """Separate shells at edges of more than two facets, and at vertices where fans meet.
 
+    Raises PartError if facets do not run along an edge as often one way as the other.
+
     Parameters
     ----------
     vertices : (n, 3) array, mm
@@ -40,11 +42,6 @@ def manifold_shells(
         In the same order.
     shell : (m,) int array
         Number of the shell of each facet; each closes by itself.
-
-    Raises
-    ------
-    PartError
-        If facets do not run along an edge as often one way as the other.
     """
     edges = face_edges(faces)
     label = shell_labels(edges, len(faces))

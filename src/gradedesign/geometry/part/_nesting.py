@@ -154,6 +154,9 @@ def unite(
 
     A reversed shell that lies in no solid wholly cuts a hole into all that it crosses.
 
+    Raises PartError if the void of one solid crosses another solid, a shell is not manifold, or
+    nothing is left.
+
     Parameters
     ----------
     parts : sequence of (k, 3) int array
@@ -162,12 +165,6 @@ def unite(
         Which shells bound material.
     sign : (s,) int array
         +1 solid, -1 void.
-
-    Raises
-    ------
-    PartError
-        If the void of one solid crosses another solid, a shell is not manifold, or nothing is
-        left.
     """
     import manifold3d
 

@@ -55,6 +55,8 @@ def uncross_shells(
 ) -> Uncrossed:
     """Unite every shell that passes through itself with itself.
 
+    Raises PartError if such a shell is partly inside out, or cannot be united.
+
     Parameters
     ----------
     vertices : (n, 3) array, mm
@@ -62,11 +64,6 @@ def uncross_shells(
         Facets of each closed, consistently oriented shell.
     margin : float, mm
         Depth up to which facets only touch.
-
-    Raises
-    ------
-    PartError
-        If such a shell is partly inside out, or cannot be united.
     """
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     outward = [part if shell_volume(vertices, part) >= 0.0 else part[:, ::-1] for part in parts]
@@ -106,10 +103,7 @@ def _rays(corners: FloatArray, size: float) -> int:
 def require_simple(vertices: FloatArray, faces: IntArray, source: str) -> None:
     """Refuse a surface that still encloses some volume twice or negatively.
 
-    Raises
-    ------
-    PartError
-        With the volumes by winding number.
+    Raises PartError with the volumes by winding number.
     """
     volumes = winding_volumes(vertices[faces])
     if volumes.excess + volumes.reversed > NEGLIGIBLE * volumes.solid:

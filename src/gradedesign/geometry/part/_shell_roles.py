@@ -100,10 +100,8 @@ def outward_signs(nesting: Nesting, volumes: FloatArray, source: str) -> tuple[I
     Everything that lies in or across an inverted largest shell is flipped with it: the file is
     inside out.
 
-    Raises
-    ------
-    PartError
-        If a shell crosses a larger one that runs the other way round and is the inverted one.
+    Raises PartError if a shell crosses a larger one that runs the other way round and is the
+    inverted one.
     """
     cluster = _clusters(nesting.inside | nesting.overlap)
     order = np.lexsort((-volumes, -np.abs(volumes)))

@@ -48,6 +48,9 @@ def settle_shells(
 ) -> SolidShells:
     """Turn shells outward, keep true voids, unite overlaps, drop fragments, count the bodies.
 
+    Raises PartError if the surface does not close, has no volume, overlaps itself in a way that
+    cannot be settled, or falls into several bodies where one is asked.
+
     Parameters
     ----------
     vertices : (n, 3) array, mm
@@ -56,12 +59,6 @@ def settle_shells(
     bodies : {"one", "join", "all"}
     margin : float, mm
         Depth up to which facets only touch.
-
-    Raises
-    ------
-    PartError
-        If the surface does not close, has no volume, overlaps itself in a way that cannot be
-        settled, or falls into several bodies where one is asked.
     """
     single = unfolded_shells(vertices, faces, margin=margin, source=source)
     _require_volume(single.vertices, single.parts, source)

@@ -101,15 +101,13 @@ _Fitting = Callable[[Patch], _Fit | None]
 def find_walls(sheet: FacetSheet, cylindrical: BoolArray) -> list[tuple[str, Wall]]:
     """Walls that faces found by their normals miss or cut to pieces, and cones.
 
+    Returns list of (kind, Wall): kind ``cylinder`` or ``cone``; without those that are one of the
+    faces already.
+
     Parameters
     ----------
     cylindrical : (m,) bool array
         Facets of faces that are known as cylinders.
-
-    Returns
-    -------
-    list of (kind, Wall)
-        Kind ``cylinder`` or ``cone``; without those that are one of the faces already.
     """
     free = ~sheet.flat & ~cylindrical
     # The first walls may take pieces of what was known.

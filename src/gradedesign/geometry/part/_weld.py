@@ -63,17 +63,14 @@ def weld(corners: FloatArray, tolerance: float, source: str) -> tuple[FloatArray
     Clusters come from a neighbour search, so no pair falls apart at a grid line. Each
     cluster keeps the coordinates of its first member: clean input stays bit-identical.
 
+    Raises PartError if nearly all corners lie within the tolerance of each other.
+
     Parameters
     ----------
     corners : (m, 3, 3) array, mm
     tolerance : float, mm
     source : str
         Name for messages.
-
-    Raises
-    ------
-    PartError
-        If nearly all corners lie within the tolerance of each other.
 
     Returns
     -------

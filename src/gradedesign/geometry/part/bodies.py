@@ -45,16 +45,13 @@ def body_of_triangles(surface: SurfaceMesh) -> IntArray:
 def bodies_with(surface: SurfaceMesh, triangles: IntArray) -> SurfaceMesh:
     """Surface of the bodies, with their voids, to which triangles of a part's surface belong.
 
+    Raises CaseError if these are all bodies of the part.
+
     Parameters
     ----------
     surface : SurfaceMesh
         Closed; its shells share no vertices.
     triangles : (k,) int array
-
-    Raises
-    ------
-    CaseError
-        If these are all bodies of the part.
     """
     body = body_of_triangles(surface)
     selected = np.isin(body, body[triangles])

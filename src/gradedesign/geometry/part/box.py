@@ -11,14 +11,11 @@ from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 def box_surface(size: tuple[float, float, float]) -> SurfaceMesh:
     """Surface of the box ``[0, a] x [0, b] x [0, c]``, twelve triangles.
 
+    Raises CaseError if a side is not positive and finite.
+
     Parameters
     ----------
     size : (3,) floats, mm
-
-    Raises
-    ------
-    CaseError
-        If a side is not positive and finite.
 
     Examples
     --------

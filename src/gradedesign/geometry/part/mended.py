@@ -53,18 +53,14 @@ class Mended:
 def mended(corners: FloatArray, mend: Mend, *, name: str, source: str) -> Mended:
     """Weld and orient triangles, hand them to a repairer, and hold its answer to them.
 
+    Raises PartError if the answer is open, or its volume is off by more than 1 % and what holes may
+    have held. Raises PluginError if the answer is no surface.
+
     Parameters
     ----------
     corners : (m, 3 corners, 3 coordinates) array, mm
     name, source : str
         The repairer's and the file's, for messages.
-
-    Raises
-    ------
-    PartError
-        If the answer is open, or its volume is off by more than 1 % and what holes may have held.
-    PluginError
-        If the answer is no surface.
     """
     require_finite(corners, source=source)
     vertices, faces, counts = cleaned(corners, core_diagonal(corners), source)
@@ -113,6 +109,9 @@ def require_kept_bodies(
 ) -> tuple[str, ...]:
     """Refuse an answer that makes fewer solids of a file's, unless they are to be joined.
 
+    Returns tuple of str: A remark where solids were joined. Raises PartError if solids were joined
+    in silence.
+
     Parameters
     ----------
     corners : (m, 3 corners, 3 coordinates) array, mm
@@ -122,16 +121,6 @@ def require_kept_bodies(
     bodies : {"one", "join", "all"}
     name, source : str
         The repairer's and the file's, for messages.
-
-    Returns
-    -------
-    tuple of str
-        A remark where solids were joined.
-
-    Raises
-    ------
-    PartError
-        If solids were joined in silence.
     """
     try:
         read = build_surface(corners, bodies="all", source=source)[1]

@@ -103,6 +103,9 @@ def read_part(
 ) -> Part:
     """Read or build a part and find its regions.
 
+    Raises CaseError if no reader takes the file, its unit is missing, or a region cannot be found.
+    Raises PartError if the geometry is damaged beyond what ``repair`` allows.
+
     Parameters
     ----------
     regions : mapping of str to RegionSpec
@@ -115,13 +118,6 @@ def read_part(
         Bodies that the case names, by their keys, such as ``keep[0].body``.
     mend : callable, optional
         The repairer that ``[part] repair`` names, where it is a plugin's.
-
-    Raises
-    ------
-    CaseError
-        If no reader takes the file, its unit is missing, or a region cannot be found.
-    PartError
-        If the geometry is damaged beyond what ``repair`` allows.
     """
     start = time.perf_counter()
     file_faces: FileFaces | None = None

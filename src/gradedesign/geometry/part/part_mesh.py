@@ -71,6 +71,10 @@ def mesh_part(
 ) -> MeshedSurface:
     """Mesh the inside of a part's surface.
 
+    Returns MeshedSurface: its volume is within 1 % of the part's. Raises MeshError if the mesher
+    fails, runs out of time or its mesh is refused. Raises ResourceError if the mesher needs more
+    memory.
+
     Parameters
     ----------
     surface : SurfaceMesh
@@ -83,18 +87,6 @@ def mesh_part(
         Of the mesher's process.
     cache : bool
         Use and fill the user's cache.
-
-    Returns
-    -------
-    MeshedSurface
-        Its volume is within 1 % of the part's.
-
-    Raises
-    ------
-    MeshError
-        If the mesher fails, runs out of time or its mesh is refused.
-    ResourceError
-        If the mesher needs more memory.
     """
     _require_size(mesh_size)
     diagonal = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
@@ -129,6 +121,8 @@ def box_part_mesh(
 ) -> TetMesh:
     """Mesh the box ``[0, a] x [0, b] x [0, c]`` exactly, six tetrahedra to a brick.
 
+    Raises CaseError if a length is not positive.
+
     Parameters
     ----------
     size : (3,) floats, mm
@@ -136,11 +130,6 @@ def box_part_mesh(
         No edge of a brick is longer.
     through : sequence of (..., 3) array_likes, mm
         Points of regions: where they begin and end, bricks do.
-
-    Raises
-    ------
-    CaseError
-        If a length is not positive.
 
     Examples
     --------
@@ -211,22 +200,15 @@ def region_facets(mesh: TetMesh, corners: ArrayLike, *, tolerance: float) -> Reg
     A facet counts if its centre lies within ``tolerance`` of the region's triangles, does not
     fall beyond the region's border, and its normal is within an angle of the nearest triangle's.
 
+    Returns RegionFacets: may be empty: check with :func:`check_region_area`. Raises MeshError if
+    the region has no triangle.
+
     Parameters
     ----------
     corners : (k, 3 corners, 3 coordinates) array_like, mm
         Triangles of the region, counter-clockwise seen from outside.
     tolerance : float, mm
         More than the mesh's distance from the surface, less than the part's thickness.
-
-    Returns
-    -------
-    RegionFacets
-        May be empty: check with :func:`check_region_area`.
-
-    Raises
-    ------
-    MeshError
-        If the region has no triangle.
     """
     triangles = locked(corners, (None, 3, 3), name="corners")
     tree = build_triangle_tree(triangles)

@@ -17,6 +17,10 @@ IMAGES = (".png", ".tif", ".tiff")
 def resolve_part_file(text: str, *, folder: Path, allow_outside: bool) -> Path:
     """Turn the text of ``file`` into the path of an existing part file.
 
+    Returns Path: absolute, with links resolved. Raises ValueError if the path leaves the folder, is
+    an address or abbreviation, does not exist, is no file, or has no suffix: which ones are read is
+    the installed readers' to say.
+
     Parameters
     ----------
     text : str
@@ -25,17 +29,6 @@ def resolve_part_file(text: str, *, folder: Path, allow_outside: bool) -> Path:
         Folder of the case; relative paths start there.
     allow_outside : bool
         Whether the file may lie elsewhere.
-
-    Returns
-    -------
-    Path
-        Absolute, with links resolved.
-
-    Raises
-    ------
-    ValueError
-        If the path leaves the folder, is an address or abbreviation, does not exist, is no file,
-        or has no suffix: which ones are read is the installed readers' to say.
     """
     path, exists, is_file = _followed(text, folder=folder, allow_outside=allow_outside)
     if not PurePosixPath(text).suffix:

@@ -74,10 +74,7 @@ class _RepairOptions(Reader):
 def part_file(value: object, info: ValidationInfo) -> Path:
     """Path of a file of a surface that a case names, from the folder of the case on.
 
-    Raises
-    ------
-    Refused, ValueError
-        If it is no text, or no such file is allowed.
+    Raises Refused or ValueError if it is no text, or no such file is allowed.
     """
     return resolve_part_file(_named(value, 'a file name such as "bracket.stl"'), **_allowed(info))
 
@@ -87,10 +84,7 @@ def data_file(
 ) -> Path:
     """Path of a file of data that a case names; of any suffix without ``suffixes``.
 
-    Raises
-    ------
-    Refused, ValueError
-        If it is no text, or no such file is allowed.
+    Raises Refused or ValueError if it is no text, or no such file is allowed.
     """
     text = _named(value, f'a file name such as "{example}"')
     suffixes = suffixes or (PurePosixPath(text).suffix.lower(),)

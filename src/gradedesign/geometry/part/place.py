@@ -18,15 +18,8 @@ from gradedesign.geometry.triangles.surface_mesh import corner_points
 def place_distance(part: Part, place: PlaceSpec) -> Field:
     """Exact signed distance to the volume of a place, mm, negative inside.
 
-    Returns
-    -------
-    callable
-        Points ``(3, ...)`` mm to distances ``(...)`` mm.
-
-    Raises
-    ------
-    CaseError
-        If the place states no volume.
+    Returns callable: points ``(3, ...)`` mm to distances ``(...)`` mm. Raises CaseError if the
+    place states no volume.
     """
     if place.box is not None:
         lower, upper = np.array(place.box.lower), np.array(place.box.upper)

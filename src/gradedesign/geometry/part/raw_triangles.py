@@ -104,6 +104,9 @@ def raw_triangles(
 def in_mm(raw: RawTriangles, unit: str, source: str) -> RawTriangles:
     """Triangles scaled from a unit to mm, checked whoever wrote their reader.
 
+    Raises CaseError if the unit is unknown. Raises PartError if there are no triangles, their range
+    is absurd, or their faces do not belong to them.
+
     Parameters
     ----------
     raw : RawTriangles
@@ -112,13 +115,6 @@ def in_mm(raw: RawTriangles, unit: str, source: str) -> RawTriangles:
         A key of `UNIT_MM`.
     source : str
         Name of the file, for messages.
-
-    Raises
-    ------
-    CaseError
-        If the unit is unknown.
-    PartError
-        If there are no triangles, their range is absurd, or their faces do not belong to them.
     """
     if unit not in UNIT_MM:
         raise CaseError(f"unit {unit!r} of {source} is unknown; use one of {', '.join(UNIT_MM)}")

@@ -86,23 +86,16 @@ def select_regions(
     All keys of a region must hold; ``nearest`` then picks one of the faces left. Keys on faces,
     names and colours of the file take whole triangles, which may be some of a smooth face.
 
+    Returns dict of str to Region: in the order of ``specs``. Raises CaseError if a region is empty,
+    is the whole surface, breaks its ``count`` or ``area``, or refers to itself or to a region that
+    does not exist.
+
     Parameters
     ----------
     faces : SmoothFaces
         Of that surface.
     file_faces : FileFaces, optional
         Faces of the file on that surface.
-
-    Returns
-    -------
-    dict of str to Region
-        In the order of ``specs``.
-
-    Raises
-    ------
-    CaseError
-        If a region is empty, is the whole surface, breaks its ``count`` or ``area``, or refers
-        to itself or to a region that does not exist.
     """
     part = faced_part(surface, faces)
     done: dict[str, _Selection] = {}

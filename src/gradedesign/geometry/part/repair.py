@@ -111,6 +111,9 @@ def build_surface(
 ) -> tuple[SurfaceMesh, RepairReport]:
     """Weld, clean, orient and check triangles.
 
+    Raises PartError if the triangles do not bound a solid. Raises CaseError if an option is
+    unknown.
+
     Parameters
     ----------
     corners : (m, 3 corners, 3 coordinates) array, mm
@@ -125,13 +128,6 @@ def build_surface(
     -------
     surface : SurfaceMesh
         Closed; solids outward, voids inward.
-
-    Raises
-    ------
-    PartError
-        If the triangles do not bound a solid.
-    CaseError
-        If an option is unknown.
     """
     _require_option("repair", repair, ("safe", "auto"))
     _require_option("bodies", bodies, BODIES)

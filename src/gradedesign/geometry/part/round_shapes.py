@@ -98,15 +98,12 @@ class RoundShapes:
 def round_shapes(surface: SurfaceMesh, faces: SmoothFaces) -> tuple[RoundShapes, ...]:
     """Gather the cylinders, cones and slots of a part; a slot's ends count as its own only.
 
+    Returns tuple of RoundShapes: in the order of `KINDS`, each kind from the smallest diameter on.
+
     Parameters
     ----------
     faces : SmoothFaces
         Of that surface.
-
-    Returns
-    -------
-    tuple of RoundShapes
-        In the order of `KINDS`, each kind from the smallest diameter on.
     """
     slots = find_slots(surface, faces)
     ends = {number for slot in slots for number in slot.faces}

@@ -115,15 +115,12 @@ class SurfaceDistance:
 def surface_distance(surface: SurfaceMesh) -> SurfaceDistance:
     """Exact signed distance to a closed surface, mm, negative inside, and where it grows.
 
+    Raises PartError if the surface is empty, open or turned inside out.
+
     Parameters
     ----------
     surface : SurfaceMesh
         Closed, consistently oriented, normals pointing out. Cavities are allowed.
-
-    Raises
-    ------
-    PartError
-        If the surface is empty, open or turned inside out.
     """
     open_edges = open_edge_count(surface)
     if len(surface.faces) == 0 or open_edges:
@@ -145,19 +142,12 @@ def surface_distance(surface: SurfaceMesh) -> SurfaceDistance:
 def region_distance(corners: ArrayLike) -> Field:
     """Exact distance to a set of triangles, mm, never negative.
 
+    Returns callable: points ``(3, ...)`` in mm to distances ``(...)`` in mm; threaded. Raises
+    MeshError if there is no triangle.
+
     Parameters
     ----------
     corners : (k, 3 corners, 3 coordinates) array_like, mm
-
-    Returns
-    -------
-    callable
-        Points ``(3, ...)`` in mm to distances ``(...)`` in mm; threaded.
-
-    Raises
-    ------
-    MeshError
-        If there is no triangle.
     """
     tree = build_triangle_tree(corners)
 

@@ -60,15 +60,12 @@ def is_half(face: SmoothFace) -> bool:
 def find_slots(surface: SurfaceMesh, faces: SmoothFaces) -> tuple[Slot, ...]:
     """Slots of a part.
 
+    Returns tuple of Slot: in the order of their first faces.
+
     Parameters
     ----------
     faces : SmoothFaces
         Of that surface.
-
-    Returns
-    -------
-    tuple of Slot
-        In the order of their first faces.
     """
     ends = [number for number, face in enumerate(faces.faces) if is_half(face)]
     if len(ends) < 2:

@@ -41,6 +41,8 @@ def _alike(direction: FloatArray, points: FloatArray) -> FloatArray:
 def local_thickness(surface: SurfaceMesh, points: FloatArray, axes: FloatArray) -> FloatArray:
     """Shortest chord of a part through points inside it, mm.
 
+    Returns (k,) array, mm: of the points through which every chord has two ends; k <= n.
+
     Parameters
     ----------
     surface : SurfaceMesh
@@ -48,11 +50,6 @@ def local_thickness(surface: SurfaceMesh, points: FloatArray, axes: FloatArray) 
     points : (3, n) array, mm
     axes : (3, 3) array
         Columns are the orthonormal directions of the chords.
-
-    Returns
-    -------
-    (k,) array, mm
-        Of the points through which every chord has two ends; k <= n.
     """
     backward, forward = chords(surface, points, axes)
     length = (backward + forward).min(axis=0)

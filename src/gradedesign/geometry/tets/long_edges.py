@@ -33,21 +33,13 @@ def bisect_long_edges(mesh: TetMesh, longest: float) -> TetMesh:
     The mesh stays conforming and fills exactly what it filled (scikit-fem's longest-edge
     bisection). Rivara's closure also bisects neighbours of the tetrahedra that are too long.
 
+    Returns TetMesh: the same object where no edge is too long; else the points keep their numbers
+    and new ones follow. Raises ValueError if the length is not positive.
+
     Parameters
     ----------
     longest : float
         mm.
-
-    Returns
-    -------
-    TetMesh
-        The same object where no edge is too long; else the points keep their numbers and new ones
-        follow.
-
-    Raises
-    ------
-    ValueError
-        If the length is not positive.
     """
     if not 0.0 < longest < np.inf:
         raise ValueError(f"the longest edge must be positive, not {longest} mm")

@@ -95,6 +95,9 @@ def tetrahedralize(
     cache. A crash or a refused mesh is retried with the mesher's other option sets, which share the
     geometric tolerance.
 
+    Raises MeshError if the surface is empty, open or inside out, all attempts fail, or time runs
+    out. Raises ResourceError if the mesher needs more memory.
+
     Parameters
     ----------
     surface : SurfaceMesh
@@ -113,13 +116,6 @@ def tetrahedralize(
         Use and fill the user's cache.
     mesher : Mesher
         What runs in the process.
-
-    Raises
-    ------
-    MeshError
-        If the surface is empty, open or inside out, all attempts fail, or time runs out.
-    ResourceError
-        If the mesher needs more memory.
     """
     clock = Deadline(time_limit_s)
     question = mesh_question(surface, edge_length, epsilon, volume_tolerance)

@@ -56,10 +56,7 @@ class TetLocator:
 def build_locator(mesh: TetMesh) -> TetLocator:
     """Sort the tetrahedra of a mesh for :func:`locate`.
 
-    Raises
-    ------
-    MeshError
-        If the mesh is empty.
+    Raises MeshError if the mesh is empty.
     """
     m = mesh.tets.shape[1]
     if m == 0:
@@ -96,6 +93,9 @@ def locate(
 ) -> tuple[IntArray, FloatArray, FloatArray]:
     """Find the tetrahedron of every point, or the nearest one.
 
+    Raises MeshError if the mesh is empty. Raises ValueError if a point is not finite or the shape
+    is wrong.
+
     Parameters
     ----------
     points : (3, n) array, mm
@@ -110,13 +110,6 @@ def locate(
         Coordinates that sum to 1; of a point outside, those of the nearest point of the mesh.
     distance : (n,) array, mm
         0 inside, distance to the mesh outside: refuse what is farther than makes sense.
-
-    Raises
-    ------
-    MeshError
-        If the mesh is empty.
-    ValueError
-        If a point is not finite or the shape is wrong.
     """
     queries = np.array(points, dtype=np.float64, order="C")
     if queries.ndim != 2 or len(queries) != 3:

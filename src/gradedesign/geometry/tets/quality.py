@@ -37,10 +37,7 @@ class TetReport:
 def tet_report(mesh: TetMesh) -> TetReport:
     """Measure a mesh.
 
-    Raises
-    ------
-    MeshError
-        If it has no tetrahedra.
+    Raises MeshError if it has no tetrahedra.
     """
     if mesh.tets.shape[1] == 0:
         raise MeshError("the mesh has no tetrahedra; refine it, or check that its field is inside")
@@ -57,10 +54,7 @@ def tet_report(mesh: TetMesh) -> TetReport:
 def piece_labels(mesh: TetMesh) -> IntArray:
     """Number the pieces that hang together through facets; those that touch elsewhere are two.
 
-    Returns
-    -------
-    (m,) int array
-        0, 1, ... in the order of the first tetrahedron of each piece.
+    Returns (m,) int array: 0, 1, ... in the order of the first tetrahedron of each piece.
     """
     labels, _, _ = label_pieces(mesh.tets, mesh.points.shape[1])
     return labels
@@ -85,6 +79,9 @@ def require_sound(
 ) -> TetReport:
     """Refuse a mesh that would give wrong results.
 
+    Raises MeshError if there are no tetrahedra, some are inverted or overlap, or the volume is
+    another; the message names all numbers that are wrong and the remedy of each.
+
     Parameters
     ----------
     subject : str
@@ -93,12 +90,6 @@ def require_sound(
         mm^3.
     volume_tolerance : float
         Largest relative difference from it.
-
-    Raises
-    ------
-    MeshError
-        If there are no tetrahedra, some are inverted or overlap, or the volume is another; the
-        message names all numbers that are wrong and the remedy of each.
     """
     report = tet_report(mesh)
     faults = []

@@ -92,22 +92,15 @@ def labelled_difference(
 
     Triangles keep the numbers of those they are parts of, and lines between numbers stay.
 
+    Returns LabelledSurface or None: none where nothing is left. Raises MeshError if the Boolean
+    kernel refuses a surface.
+
     Parameters
     ----------
     first, second : LabelledSurface
         Closed, manifold, outward oriented.
     subject : str
         Names the result in messages.
-
-    Returns
-    -------
-    LabelledSurface or None
-        None where nothing is left.
-
-    Raises
-    ------
-    MeshError
-        If the Boolean kernel refuses a surface.
     """
     report_step("reading the surfaces", blocking=True)
     solids = [_manifold(each.surface, subject, label=each.label) for each in (first, second)]
@@ -127,10 +120,7 @@ def fewer_triangles(surface: SurfaceMesh, most: int, *, subject: str) -> Surface
     are left; how far that is from the surface is for the caller to measure. Unlike `within_chord`
     it may let triangles pass through others, and takes a twentieth of its time.
 
-    Raises
-    ------
-    MeshError
-        If the Boolean kernel refuses the surface, or nothing is left of it.
+    Raises MeshError if the Boolean kernel refuses the surface, or nothing is left of it.
     """
     solid = _manifold(surface, subject)
     tolerance = _FIRST * float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
@@ -173,6 +163,8 @@ def cut_capped(
 ) -> CutPiece:
     """Intersection of a solid with another that keeps some of its triangles unchanged.
 
+    Raises MeshError if the Boolean kernel refuses a surface, changes a cap, or nothing is left.
+
     Parameters
     ----------
     vertices : (n, 3) array, mm
@@ -182,11 +174,6 @@ def cut_capped(
         Their number. They lie inside the second solid, away from its surface.
     subject : str
         Names the result in messages.
-
-    Raises
-    ------
-    MeshError
-        If the Boolean kernel refuses a surface, changes a cap, or nothing is left.
     """
     from manifold3d import Manifold
 

@@ -38,21 +38,14 @@ def within_chord(surface: SurfaceMesh, tolerance: float) -> SurfaceMesh:
     little else. Where triangles of the result would pass through each other, the vertices round
     them are kept.
 
+    Returns SurfaceMesh: closed and manifold, of the same topology. Raises LatticeError if the
+    tolerance is not positive, or triangles pass through each other all the same.
+
     Parameters
     ----------
     surface : SurfaceMesh
         Closed and manifold.
     tolerance : float, mm
-
-    Returns
-    -------
-    SurfaceMesh
-        Closed and manifold, of the same topology.
-
-    Raises
-    ------
-    LatticeError
-        If the tolerance is not positive, or triangles pass through each other all the same.
     """
     if not tolerance > 0:
         raise LatticeError(f"chord tolerance is {tolerance:g} mm, expected a positive length")

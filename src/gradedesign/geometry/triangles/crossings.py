@@ -26,6 +26,9 @@ def crossing_triangles(vertices: FloatArray, faces: IntArray, margin: float) -> 
     Contact is no crossing: neither triangles that share an edge, nor those that reach less than
     the margin beyond each other, nor triangles that overlap in one plane.
 
+    Returns (k, 2) int array: for every triangle that passes through later ones, itself and one of
+    them; the same for any number of threads.
+
     Parameters
     ----------
     vertices : (n, 3) array, mm
@@ -33,12 +36,6 @@ def crossing_triangles(vertices: FloatArray, faces: IntArray, margin: float) -> 
         Neighbours share vertex numbers.
     margin : float, mm
         Depth up to which triangles only touch.
-
-    Returns
-    -------
-    (k, 2) int array
-        For every triangle that passes through later ones, itself and one of them; the same for any
-        number of threads.
     """
     crossed = np.full(len(faces), -1, dtype=np.int64)
     if len(faces) == 0:
@@ -80,17 +77,14 @@ class Contacts:
 def find_contacts(vertices: FloatArray, faces: IntArray, reach: float) -> Contacts:
     """Find triangles without a common edge that lie on each other.
 
+    Returns Contacts: sorted by the first triangle; the same for any number of threads.
+
     Parameters
     ----------
     vertices : (n, 3) array, mm
     faces : (m, 3) int array
     reach : float, mm
         Largest distance; a common area narrower than this is none.
-
-    Returns
-    -------
-    Contacts
-        Sorted by the first triangle; the same for any number of threads.
     """
     faces = read_only(np.ascontiguousarray(faces, dtype=np.int64))
     corners = np.ascontiguousarray(vertices[faces])

@@ -65,10 +65,7 @@ class GridClassifier:
 def build_classifier(surface: SurfaceMesh) -> GridClassifier:
     """Sort the triangles of a closed surface into columns.
 
-    Raises
-    ------
-    MeshError
-        If the surface is empty, open or turned inside out.
+    Raises MeshError if the surface is empty, open or turned inside out.
     """
     open_edges = unbalanced_edge_count(surface)
     if len(surface.faces) == 0 or open_edges:
@@ -167,16 +164,14 @@ def marked_inside(
 ) -> NDArray[np.uint8]:
     """Marks of the places of a grid by whether they lie inside a closed surface.
 
+    Returns (nx, ny, nz) uint8 array: ``inside`` where the winding number is at least 1, else
+    ``outside``.
+
     Parameters
     ----------
     corners : (m, 3, 3) array
         In steps of the grid from its first place.
     shape : (int, int, int)
-
-    Returns
-    -------
-    (nx, ny, nz) uint8 array
-        ``inside`` where the winding number is at least 1, else ``outside``.
     """
     marks = np.zeros(shape, dtype=np.uint8)
     lines = _lines(np.ascontiguousarray(corners), np.array(shape[:2]))
@@ -268,17 +263,14 @@ def winding_volumes(corners: FloatArray, rays: int = RAYS) -> WindingVolumes:
     The enclosed volume of a closed surface is ``solid + excess - reversed``; a surface that
     neither overlaps itself nor turns inside out has neither excess nor reversed volume.
 
+    Raises MeshError if the surface is open.
+
     Parameters
     ----------
     corners : (m, 3 corners, 3 coordinates) array, mm
         Of a closed, consistently oriented surface.
     rays : int
         Along each axis, about.
-
-    Raises
-    ------
-    MeshError
-        If the surface is open.
     """
     enclosed = np.zeros((3, 3))
     for axis in range(3):

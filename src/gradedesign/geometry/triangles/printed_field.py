@@ -45,6 +45,9 @@ def printed_field(surface: SurfaceMesh, band: float) -> LipschitzField:
     number is at least 1, found for every point anew from the triangles above it: surfaces that
     overlap or touch themselves need no repair.
 
+    Raises MeshError if the surface is empty, open or turned inside out. Raises ValueError if the
+    band is not positive, or when a point is not finite.
+
     Parameters
     ----------
     surface : SurfaceMesh
@@ -57,13 +60,6 @@ def printed_field(surface: SurfaceMesh, band: float) -> LipschitzField:
     LipschitzField
         Of constant 1, in mm; threaded, the same for any number of threads. Neighbouring points are
         faster in one call, in the order of a grid.
-
-    Raises
-    ------
-    MeshError
-        If the surface is empty, open or turned inside out.
-    ValueError
-        If the band is not positive, or when a point is not finite.
     """
     return field_within(surface_search(surface), band)
 

@@ -26,6 +26,8 @@ def without_short_edges(
     the other are less far away. An edge stays where a triangle would turn by more than 78 degrees
     or the surface would no longer be a manifold.
 
+    Returns (k, 3) int32 array.
+
     Parameters
     ----------
     vertices : (n, 3) array, mm
@@ -34,10 +36,6 @@ def without_short_edges(
     shortest : float, mm
     among : (n,) bool array, optional
         Both ends of an edge that collapses are among these; all by default.
-
-    Returns
-    -------
-    (k, 3) int32 array
     """
     # Of one type and permission: the kernels are compiled for each combination.
     vertices, faces = read_only(vertices), np.ascontiguousarray(faces, dtype=np.int32)

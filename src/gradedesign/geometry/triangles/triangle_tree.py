@@ -69,16 +69,12 @@ class ClosestPoints(NamedTuple):
 def build_triangle_tree(corners: ArrayLike) -> TriangleTree:
     """Sort triangles into a tree.
 
+    Raises MeshError if there is no triangle. Raises ValueError if a coordinate is not finite or the
+    shape is wrong.
+
     Parameters
     ----------
     corners : (m, 3 corners, 3 coordinates) array_like, mm
-
-    Raises
-    ------
-    MeshError
-        If there is no triangle.
-    ValueError
-        If a coordinate is not finite or the shape is wrong.
     """
     corners = locked(corners, (None, 3, 3), name="corners")
     m = len(corners)
@@ -112,19 +108,12 @@ def build_triangle_tree(corners: ArrayLike) -> TriangleTree:
 def closest_features(tree: TriangleTree, points: FloatArray) -> ClosestPoints:
     """Closest point on the triangles, and whether it lies on a face, an edge or a corner.
 
+    Returns ClosestPoints: the same for any number of threads. Raises ValueError if a point is not
+    finite or the shape is wrong.
+
     Parameters
     ----------
     points : (3, n) array, mm
-
-    Returns
-    -------
-    ClosestPoints
-        The same for any number of threads.
-
-    Raises
-    ------
-    ValueError
-        If a point is not finite or the shape is wrong.
     """
     points = _checked(points)
     n = points.shape[1]
@@ -160,10 +149,7 @@ def closest_triangles(
 def distance_within(tree: TriangleTree, points: FloatArray, reach: float) -> FloatArray:
     """Distance of points ``(3, n)`` to the triangles, mm, or ``reach`` beyond it, ``(n,)``.
 
-    Raises
-    ------
-    ValueError
-        If a point is not finite or the shape is wrong.
+    Raises ValueError if a point is not finite or the shape is wrong.
     """
     points = _checked(points)
     distance = np.zeros(points.shape[1])
@@ -190,6 +176,8 @@ def ray_lengths(
 
     Infinite where there is none.
 
+    Raises ValueError if a point is not finite or the shape is wrong.
+
     Parameters
     ----------
     origins : (3, n) array, mm
@@ -197,11 +185,6 @@ def ray_lengths(
         Of length 1.
     way : int
         1 out of the solid, along a triangle's normal; -1 into it; 0 both.
-
-    Raises
-    ------
-    ValueError
-        If a point is not finite or the shape is wrong.
     """
     origins, directions = _checked(origins), _checked(directions)
     lengths = np.zeros(origins.shape[1])

@@ -53,12 +53,8 @@ class Commands(TyperGroup):
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Find a command, ours or a plugin's.
 
-        Raises
-        ------
-        CaseError
-            If a plugin of this project that is not installed has it, or it is `run` now.
-        PluginError
-            If a plugin gives one of our names to its own, or cannot be loaded.
+        Raises CaseError if a plugin of this project that is not installed has it, or it is `run`
+        now. Raises PluginError if a plugin gives one of our names to its own, or cannot be loaded.
         """
         own = super().get_command(ctx, cmd_name)
         if cmd_name in _NOW_RUN:
@@ -76,11 +72,8 @@ class Commands(TyperGroup):
     def invoke(self, ctx: Any) -> Any:
         """Run a command.
 
-        Raises
-        ------
-        PluginError
-            If something called ``sys.exit`` or raised what is no ``Exception``: no code of
-            gradedesign does, so it was a plugin.
+        Raises PluginError if something called ``sys.exit`` or raised what is no ``Exception``: no
+        code of gradedesign does, so it was a plugin.
         """
         try:
             return super().invoke(ctx)
@@ -384,17 +377,14 @@ def doctor(strict_plugins: Strict = False, as_json: Json = False) -> None:
 def run_command(words: Sequence[str], interruption: Interruption) -> NoReturn:
     """Run the command line and exit; every error is one message and its exit code.
 
+    Raises Interrupted if so, also where code between here and there made another exception of it.
+
     Parameters
     ----------
     words : sequence of str
         Its arguments.
     interruption : Interruption
         Whether somebody asked to end.
-
-    Raises
-    ------
-    Interrupted
-        If so, also where code between here and there made another exception of it.
     """
     debug = _DEBUG_FLAG in words
     try:

@@ -111,10 +111,7 @@ def _picture_path(checked: CaseCheck) -> Path:
 def _draw_loads(checked: CaseCheck, path: Path) -> tuple[str, ...]:
     """Draw supports, loads and solid regions as a run does; returns warnings.
 
-    Raises
-    ------
-    CaseError
-        If the folder cannot be made.
+    Raises CaseError if the folder cannot be made.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -28,10 +28,7 @@ from gradedesign.program.commands.show_part import (
 def check_stated(case: Case, registry: Registry, *, estimate: bool, as_json: bool) -> int:
     """Read, repair, place the cells and their densities; nothing is contoured or written.
 
-    Raises
-    ------
-    CaseError
-        If an estimate is asked for.
+    Raises CaseError if an estimate is asked for.
     """
     if estimate:
         raise CaseError(

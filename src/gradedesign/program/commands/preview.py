@@ -113,10 +113,7 @@ class RunPreview:
 def run_preview(folder: Path) -> RunPreview:
     """The scene that a run has left in its folder.
 
-    Raises
-    ------
-    CaseError
-        If it has left none.
+    Raises CaseError if it has left none.
     """
     result, scene = stored_result(folder), stored_scene(folder)
     return RunPreview(
@@ -130,10 +127,7 @@ def run_preview(folder: Path) -> RunPreview:
 def case_preview(path: Path, registry: Registry, *, allow_outside: bool) -> Preview:
     """Read a case as far as it goes: its loads, else its regions, else its part alone.
 
-    Raises
-    ------
-    CaseError
-        If there is no such file.
+    Raises CaseError if there is no such file.
     """
     file = case_file(path)
     title = file.parent.name or file.stem
@@ -179,10 +173,8 @@ def preview(
 ) -> None:
     """Write the page of a case or of a run, or serve it until the command is interrupted.
 
-    Raises
-    ------
-    CaseError
-        If there is no case, a page that is written is to be served too, or the port is taken.
+    Raises CaseError if there is no case, a page that is written is to be served too, or the port is
+    taken.
     """
     if output is not None and (watch or port is not None):
         raise CaseError(

@@ -24,10 +24,7 @@ def report(folder: Path) -> None:
 def report_again(folder: Path) -> RunResult:
     """Write ``report.html`` of the result, pictures and scene in a run folder.
 
-    Raises
-    ------
-    CaseError
-        If the folder holds no finished run, or one of an earlier version.
+    Raises CaseError if the folder holds no finished run, or one of an earlier version.
     """
     result = stored_result(folder)
     if not (folder / CASE_COPY).is_file():

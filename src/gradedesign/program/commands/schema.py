@@ -16,10 +16,7 @@ from gradedesign.program.host.read_case import brought_by
 def schema(output: Path | None, *, study: bool) -> None:
     """Print the schema, or write it to a file.
 
-    Raises
-    ------
-    CaseError
-        If the file cannot be written.
+    Raises CaseError if the file cannot be written.
     """
     if study:
         layout = load_command("sweep").layout

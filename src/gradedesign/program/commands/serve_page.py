@@ -29,6 +29,8 @@ def serve_page(
 ) -> None:
     """Answer a browser on this machine until the command is interrupted.
 
+    Raises CaseError if the port is taken.
+
     Parameters
     ----------
     make : callable
@@ -39,11 +41,6 @@ def serve_page(
         Whether the page loads itself again when a file changes.
     on_start : callable
         Receives the address.
-
-    Raises
-    ------
-    CaseError
-        If the port is taken.
     """
     try:
         server = _PageServer(make, port, watch=watch)

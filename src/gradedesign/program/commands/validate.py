@@ -88,10 +88,7 @@ def validate(
 def _case_folders(folders: Sequence[Path], keyword: str) -> list[Path]:
     """Folders that hold a case and its expectations, themselves or one level down.
 
-    Raises
-    ------
-    CaseError
-        If none matches.
+    Raises CaseError if none matches.
     """
     candidates = []
     for folder in folders:
@@ -150,10 +147,7 @@ def run_data(
 def read_expected(path: Path) -> dict[str, Mapping[str, Any]]:
     """Tables of expected.toml by quantity.
 
-    Raises
-    ------
-    CaseError
-        If the file is damaged or an entry lacks value, tolerance or origin.
+    Raises CaseError if the file is damaged or an entry lacks value, tolerance or origin.
     """
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))

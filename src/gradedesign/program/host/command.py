@@ -72,12 +72,8 @@ def command_names() -> list[str]:
 def load_command(name: str) -> Command:
     """Load a command of a plugin, and no other plugin.
 
-    Raises
-    ------
-    CaseError
-        If none has it; names the plugin of this project that does.
-    PluginError
-        If two have it, or its module cannot be loaded or does not register it.
+    Raises CaseError if none has it; names the plugin of this project that does. Raises PluginError
+    if two have it, or its module cannot be loaded or does not register it.
     """
     points = [point for point in _points() if point.name == name]
     if not points:

@@ -26,15 +26,12 @@ _Shelf = Mapping[str, tuple[Any, PluginSource]]
 def check_formats(readers: _Shelf, exporters: _Shelf, outputs: _Shelf) -> None:
     """Check the suffixes of file formats.
 
+    Raises PluginError for a suffix that is none, one that two readers take, a key of ``[part]``
+    that is taken, or an exporter with the name of an output.
+
     Parameters
     ----------
     readers, exporters, outputs : mapping of name to (record, source)
-
-    Raises
-    ------
-    PluginError
-        For a suffix that is none, one that two readers take, a key of ``[part]`` that is taken, or
-        an exporter with the name of an output.
     """
     taken: dict[str, tuple[str, PluginSource]] = {}
     tables: dict[str, tuple[Any, PluginSource]] = {}

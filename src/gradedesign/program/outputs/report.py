@@ -99,6 +99,8 @@ def render_report(
 ) -> str:
     """Render the report.
 
+    Returns str: HTML that opens without a network; all text from outside is escaped.
+
     Parameters
     ----------
     pictures : mapping of name to PNG bytes
@@ -107,11 +109,6 @@ def render_report(
         The case file, printed as it was.
     scene : mapping, optional
         Data of the scene of the first screen, see `scene_html`.
-
-    Returns
-    -------
-    str
-        HTML that opens without a network; all text from outside is escaped.
     """
     names: dict[str, list[str]] = {}
     for row in result.limits:

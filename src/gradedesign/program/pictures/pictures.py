@@ -76,6 +76,8 @@ def picture_loads(
 ) -> tuple[str, ...]:
     """Draw the part with its regions, and what acts on it in the colour of its load case.
 
+    Returns tuple of str: warnings; a picture never fails a run.
+
     Parameters
     ----------
     path : Path
@@ -86,11 +88,6 @@ def picture_loads(
         Arrows as long as they are large, within a kind.
     title, note : str
         The note stands below the picture.
-
-    Returns
-    -------
-    tuple of str
-        Warnings; a picture never fails a run.
     """
     return _draw(path, _loads_scene(surface, regions, actions, title, note))
 

@@ -22,6 +22,8 @@ def without_octant(
     Most vertices are those of cells: the median lies in the lattice, where the middle of the box
     may lie above it.
 
+    Raises MeshError if the Boolean kernel refuses the surface.
+
     Parameters
     ----------
     surface : SurfaceMesh
@@ -37,11 +39,6 @@ def without_octant(
     faces : (m, 3) int array
     capped : bool
         Whether the sections are closed; those of more than `CAPPED` triangles are not.
-
-    Raises
-    ------
-    MeshError
-        If the Boolean kernel refuses the surface.
     """
     middle = np.median(surface.vertices, axis=0)
     if len(surface.faces) <= CAPPED:

@@ -71,10 +71,7 @@ def write_manifest(folder: Path, manifest: Manifest) -> None:
 def read_manifest(folder: Path) -> Manifest | None:
     """Read ``run.json``; None where there is none.
 
-    Raises
-    ------
-    CaseError
-        If it is damaged or of another version.
+    Raises CaseError if it is damaged or of another version.
     """
     path = folder / MANIFEST_NAME
     try:

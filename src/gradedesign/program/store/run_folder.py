@@ -76,15 +76,12 @@ class RunFolder:
     def path_of(self, name: str) -> Path:
         """Return where an artefact lives, for writers that take a path; `adopt` it afterwards.
 
+        Raises CaseError if the name leaves the folder, also through a link, or is reserved.
+
         Parameters
         ----------
         name : str
             Relative, with forward slashes; its folder is created.
-
-        Raises
-        ------
-        CaseError
-            If the name leaves the folder, also through a link, or is reserved.
         """
         parts = name.split("/")
         reserved = parts[0] in (MANIFEST_NAME, LOCK_NAME, OWNER_NAME, STAGES)
@@ -109,17 +106,13 @@ class RunFolder:
     def adopt(self, name: str, sha256: str | None = None) -> Path:
         """Enter a complete file that another writer put at `path_of` in the manifest.
 
+        Raises CaseError if there is no such file. Raises ResourceError if the file is not the one
+        that was written.
+
         Parameters
         ----------
         sha256 : str, optional
             Of the bytes that were written, where the writer knows it.
-
-        Raises
-        ------
-        CaseError
-            If there is no such file.
-        ResourceError
-            If the file is not the one that was written.
         """
         path = self.path_of(name)
         if not path.is_file():
@@ -134,10 +127,7 @@ class RunFolder:
     def read_bytes(self, name: str) -> bytes:
         """Content of an artefact, as it was adopted.
 
-        Raises
-        ------
-        ResourceError
-            If the file is gone or is not the one that was written.
+        Raises ResourceError if the file is gone or is not the one that was written.
         """
         path = self.path_of(name)
         try:
@@ -227,6 +217,9 @@ class RunFolder:
 def open_run_folder(path: Path, case_hash: str, *, resume: bool, overwrite: bool) -> RunFolder:
     """Open a folder for one run and lock it; create it below an existing folder.
 
+    Raises CaseError if the folder cannot be written in, belongs to another case, is in use, or
+    holds anything and neither ``resume`` nor ``overwrite`` was asked for.
+
     Parameters
     ----------
     path : Path
@@ -237,12 +230,6 @@ def open_run_folder(path: Path, case_hash: str, *, resume: bool, overwrite: bool
         Go on with the stages of an earlier run of the same case.
     overwrite : bool
         Discard an earlier run: the files that its manifest names, and its stages.
-
-    Raises
-    ------
-    CaseError
-        If the folder cannot be written in, belongs to another case, is in use, or holds anything
-        and neither ``resume`` nor ``overwrite`` was asked for.
     """
     if resume and overwrite:
         raise CaseError("resume and overwrite exclude each other; choose one")

@@ -88,12 +88,8 @@ class Drain(CutComponent):
 def _make(place: ComponentPlace) -> Made:
     """Drain holes of a case, and remarks on voids that stay closed or were not there.
 
-    Raises
-    ------
-    CaseError
-        If a stated place is off the surface or above no void, or a void can be reached nowhere.
-    ResourceError
-        If voids are to be found in too many cells.
+    Raises CaseError if a stated place is off the surface or above no void, or a void can be reached
+    nowhere. Raises ResourceError if voids are to be found in too many cells.
     """
     spec, design = place.lattice.drain, place.design
     if spec is None or design is None:
@@ -249,17 +245,14 @@ def closed_voids(design: LatticeDesign, cell: float, least: float) -> ClosedVoid
     Voxels count as void more than half a voxel from the solid: no wall is too thin to part two of
     them, and throats narrower than a voxel count as closed.
 
+    Raises ResourceError if the grid would be too large.
+
     Parameters
     ----------
     cell : float, mm
         Shortest edge of a cell.
     least : float, mm^3
         Smaller voids are left out.
-
-    Raises
-    ------
-    ResourceError
-        If the grid would be too large.
     """
     domain = design.domain
     edges = domain.upper - domain.lower

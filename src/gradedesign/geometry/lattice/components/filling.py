@@ -71,12 +71,8 @@ class Filling(SolidComponent):
 def _make(place: ComponentPlace) -> Made:
     """The bevel and the small cavities that the case wants solid.
 
-    Raises
-    ------
-    CaseError
-        If nothing but them would be left.
-    ResourceError
-        If they are too small for a grid of the part.
+    Raises CaseError if nothing but them would be left. Raises ResourceError if they are too small
+    for a grid of the part.
     """
     domain, notes = place.domain, tuple[str, ...]()
     bevel, least = place.lattice.bevel, place.lattice.least_cavity

@@ -152,10 +152,7 @@ def _projected(
 def _make(place: ComponentPlace) -> Made:
     """Nets of a case.
 
-    Raises
-    ------
-    CaseError
-        If cells have no struts: projected walls nearly close the surface.
+    Raises CaseError if cells have no struts: projected walls nearly close the surface.
     """
     where = place.where("lattice.skin")
     stated = [spec for spec in place.lattice.skin if spec.net]

@@ -119,10 +119,7 @@ class PassiveRegion(SolidComponent):
 def _make(place: ComponentPlace) -> Made:
     """Passive regions in the order of the case.
 
-    Raises
-    ------
-    CaseError
-        If no place of the part lies in a volume.
+    Raises CaseError if no place of the part lies in a volume.
     """
     return [_passive(place, number) for number in range(len(place.keep))], ()
 

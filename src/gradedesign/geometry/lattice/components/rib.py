@@ -101,10 +101,7 @@ class Rib(SolidComponent):
 def _make(place: ComponentPlace) -> Made:
     """Ribs in the order of the case.
 
-    Raises
-    ------
-    CaseError
-        If a plane passes the part by, or a rib is thinner than the printer makes.
+    Raises CaseError if a plane passes the part by, or a rib is thinner than the printer makes.
     """
     stated: Sequence[RibEntry] = getattr(place.lattice, KIND.name)
     ribs = [_rib(place, entry, f"lattice.rib[{k}]", k + 1) for k, entry in enumerate(stated)]

@@ -150,10 +150,7 @@ class Skin(SolidComponent):
 def _make(place: ComponentPlace) -> Made:
     """Closed skins of a case.
 
-    Raises
-    ------
-    CaseError
-        If the formula of a skin leaves the thicknesses that the case states.
+    Raises CaseError if the formula of a skin leaves the thicknesses that the case states.
     """
     where = place.where("lattice.skin")
     stated = [spec for spec in place.lattice.skin if not spec.net]

@@ -71,15 +71,12 @@ def require_zones_used(where: Where, zones: Zones, points: FloatArray) -> FloatA
 
     A row of zones for the values of a parameter may be wider than what the lattice has of them.
 
+    Returns (Z, n) array: weights there.
+
     Parameters
     ----------
     points : (3, n) array, mm
         That fill the lattice.
-
-    Returns
-    -------
-    (Z, n) array
-        Weights there.
 
     Raises
     ------
@@ -127,10 +124,7 @@ def _require_values(key: str, formula: Field, zone: WeightedZone, points: FloatA
 def _make(place: ComponentPlace) -> Made:
     """The zones of a case.
 
-    Raises
-    ------
-    CaseError
-        If a transition is shorter than `LEAST_WIDTH` cells.
+    Raises CaseError if a transition is shorter than `LEAST_WIDTH` cells.
     """
     if not place.zone:
         return (), ()
