@@ -111,11 +111,9 @@ def comparison_warnings(
 ) -> tuple[str, ...]:
     """Warnings of differences too large for the explicit analysis to hold for the printed file.
 
-    Parameters
-    ----------
-    factors : collection of float
-        Values that acceptance found on the printed file over those of the explicit analysis; empty
-        where no acceptance judged the design, so that the verdict is that of the analysis.
+    ``factors``: values that acceptance found on the printed file over those of the explicit
+    analysis; empty where no acceptance judged the design, so that the verdict is that of the
+    analysis.
     """
     analysed, printed = comparison.analysed, comparison.printed
     found = []

@@ -51,10 +51,7 @@ _PARTS_OF_REGIONS = tuple(
 def reference_problems(data: Mapping[str, Any]) -> Iterator[Problem]:
     """Find names that are used but not defined, defined twice, or defined by themselves.
 
-    Parameters
-    ----------
-    data : mapping
-        The file as TOML gave it; may be wrong in any other way.
+    ``data``: the file as TOML gave it; may be wrong in any other way.
     """
     regions = _names(data.get("region"))
     if len(regions) > _MOST_REGIONS:

@@ -89,11 +89,8 @@ class PredictedRun:
 def predicted_run(plan: Plan, inside: int) -> PredictedRun:
     """Predict unknowns, memory and time of a run.
 
-    Parameters
-    ----------
-    inside : int
-        How many of the points that fill the part's box lie in it; `Plan.layout` has those
-        of the lattice.
+    ``inside``: how many of the points that fill the part's box lie in it; `Plan.layout` has those
+    of the lattice.
     """
     case = plan.case
     share = plan.layout.points.shape[1] / max(inside, 1)

@@ -169,10 +169,7 @@ def heavier_end(mass: float, tight: float) -> Ended:
 def unjudged_end(unjudged: str) -> Ended:
     """End where designs cannot be judged: a second resolution or an independent mesh is missing.
 
-    Parameters
-    ----------
-    unjudged : str
-        `Accepted.unjudged` of the last one.
+    ``unjudged``: `Accepted.unjudged` of the last one.
     """
     return Ended(
         by="unjudged",

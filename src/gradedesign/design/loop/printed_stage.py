@@ -94,10 +94,7 @@ def printed_stage(
 def planned_design(model: DesignModel, rho: float | FloatArray) -> PlannedSolid:
     """Box, volume and surface of the solid that a design will have.
 
-    Parameters
-    ----------
-    rho : float or (M,) array
-        Relative density of the lattice, for every element of the part.
+    ``rho``, float or (M,) array: relative density of the lattice, for every element of the part.
     """
     plan, homogenised = model.plan, model.homogenised
     latticed = homogenised.lattice_volumes

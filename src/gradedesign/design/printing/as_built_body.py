@@ -134,10 +134,8 @@ def process_warnings(
 ) -> tuple[str, ...]:
     """Sentences on what is not known of a process, or what it was not measured for.
 
-    Parameters
-    ----------
-    widths : mapping of percentile to float, mm
-        Thickness of the printed solid, once it is known.
+    ``widths``, mapping of percentile to float, mm: thickness of the printed solid, once it is
+    known.
     """
     if stated is None:
         return ()

@@ -71,10 +71,7 @@ def layer_islands(solid: BoolArray, grid: VoxelGrid) -> LayerIslands:
 
     All of the lowest layer stands on the plate.
 
-    Parameters
-    ----------
-    solid : (nx, ny, nz) bool array
-        Layers along the last axis.
+    ``solid``, (nx, ny, nz) bool array: layers along the last axis.
     """
     islands: list[_Island] = []
     before = np.zeros(solid.shape[:2], dtype=np.int64)  # -1 held, n the n-th island

@@ -50,10 +50,7 @@ class Printability:
 def grid_step(spec: PrintSpec, extent: FloatArray) -> tuple[float, int, float]:
     """Voxel that the checks of a part take, mm, empty voxels around it, and their memory, bytes.
 
-    Parameters
-    ----------
-    extent : (3,) array, mm
-        Edges of the part's box.
+    ``extent``, (3,) array, mm: edges of the part's box.
     """
     throats = [t for t in (spec.min_throat, spec.limits.pore_throat) if t is not None]
     step = float(np.prod(extent) / VOXELS) ** (1.0 / 3.0)

@@ -113,10 +113,7 @@ class Process:
 def surface_offset(process: Process, vertical: FloatArray) -> FloatArray:
     """Offset of the surface by a process, mm; positive where it grows.
 
-    Parameters
-    ----------
-    vertical : (m,) array
-        Component of the outward normals along the build direction, -1 to 1.
+    ``vertical``, (m,) array: component of the outward normals along the build direction, -1 to 1.
     """
     if process.offset:
         angles, lengths = np.array(process.offset, dtype=np.float64).T

@@ -51,10 +51,7 @@ def wall_thickness(surface: SurfaceMesh, rays: int = RAYS) -> WallThickness:
 
     Raises MeshError if rays find no way out of the solid: the surface is open.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        Closed and outward oriented.
+    ``surface``: closed and outward oriented.
     """
     origins, inward = surface_rays(surface, rays)
     length = ray_lengths(build_triangle_tree(corner_points(surface)), origins, inward)

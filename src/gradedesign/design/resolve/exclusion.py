@@ -132,11 +132,8 @@ def exclusion_words(zones: Sequence[SupportZone]) -> str:
 def exclusion_data(zone: ExclusionZone, ratio: Mapping[str, float]) -> dict[str, Any]:
     """Plain data for result.json.
 
-    Parameters
-    ----------
-    ratio : mapping of phase to float
-        Value of the limit's row over that of the analysis, 1 where none is named: stress with the
-        zones included is stated on the basis of the rows.
+    ``ratio``: value of the limit's row over that of the analysis, 1 where none is named: stress
+    with the zones included is stated on the basis of the rows.
     """
 
     def scaled(by_case: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:

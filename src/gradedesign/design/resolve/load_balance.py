@@ -83,10 +83,8 @@ def load_balances(
 
     Raises CaseError if a region cannot carry the bearing load on it.
 
-    Parameters
-    ----------
-    density : float, t/mm^3
-        Of the solid material: an acceleration is taken to act on the solid part.
+    ``density``, float, t/mm^3: of the solid material: an acceleration is taken to act on the solid
+    part.
     """
     return tuple(
         _balance(spec, part, density, where, f"load_case[{number}]")
@@ -232,10 +230,7 @@ OPEN = 0.1
 def _open_share(region: Region, domain: DesignDomain, depth: float) -> float:
     """Share of a region's area below which there is lattice.
 
-    Parameters
-    ----------
-    depth : float, mm
-        Below the surface at which solid is looked for.
+    ``depth``, float, mm: below the surface at which solid is looked for.
     """
     a, b, c = np.moveaxis(region.corners, 1, 0)
     across = np.cross(b - a, c - a)

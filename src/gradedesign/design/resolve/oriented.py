@@ -75,10 +75,7 @@ def oriented(model: DesignModel) -> DesignModel:
 
     Raises CaseError if there is no direction to follow. Raises LatticeError if the map folds.
 
-    Parameters
-    ----------
-    model : DesignModel
-        Its solid part analysed, where cells follow the stress in that.
+    ``model``: its solid part analysed, where cells follow the stress in that.
     """
     plan, cells, case = model.plan, model.cells, model.plan.case
     orientation = case.lattice.orientation

@@ -171,10 +171,7 @@ def stated_layout(
     thickness to grade. Raises LatticeError if the map folds in the part, or the part reaches where
     it cannot be used.
 
-    Parameters
-    ----------
-    cell : Cell
-        Of the (first) family: graded size follows its walls.
+    ``cell``: of the (first) family: graded size follows its walls.
     """
     spec, where, memory = case.lattice, case.where, case.run.memory
     require_one_thickness(spec, where, cell.family)

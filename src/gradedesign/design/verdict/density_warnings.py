@@ -43,10 +43,7 @@ def density_warnings(
     Off by more than `VOLUME_ERROR` and what the sampled means of slabs across the three axes, which
     are means over the same part, differ by.
 
-    Parameters
-    ----------
-    slabs : sequence of SlabDensities
-        Across x, y and z.
+    ``slabs``: across x, y and z.
     """
     case, cells, domain, wall = stated.case, stated.cells, stated.design.domain, stated.wall
     targets = [total(one, "target") for one in slabs]

@@ -48,10 +48,7 @@ def coarse_layer(solid: PrintedSolid, result: ExplicitResult) -> str:
     Returns str: such as ``1.4 finite cells of 1.07 mm go through region 'tip', 1.5 mm thick, where
     3 are enough``.
 
-    Parameters
-    ----------
-    result : ExplicitResult
-        Its finest analysis.
+    ``result``: its finest analysis.
     """
     components = solid.design.domain.components
     thickness, name = min(((c.least, c.name) for c in components), default=(np.inf, ""))

@@ -115,10 +115,7 @@ def require_period(family: CellFamily, parameters: Mapping[str, float]) -> None:
 
     Raises PluginError, naming the family, the axis, the largest difference and where it was found.
 
-    Parameters
-    ----------
-    parameters : mapping of str to float
-        Complete.
+    ``parameters``: complete.
     """
     points = family.period * spread_points(_POINTS)
     for axis in range(3):

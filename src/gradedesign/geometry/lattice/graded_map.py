@@ -42,10 +42,8 @@ def wanted_size(
 ) -> Field:
     """Cell size that follows from the density, points ``(3, ...)`` mm to ``(...)`` mm.
 
-    Parameters
-    ----------
-    ends : (float, float)
-        Densities of the largest and of the smallest cells, where wall and size both follow.
+    ``ends``, (float, float): densities of the largest and of the smallest cells, where wall and
+    size both follow.
     """
     sizes = (spec.size[0], spec.size[-1])
 

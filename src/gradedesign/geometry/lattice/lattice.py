@@ -86,11 +86,8 @@ def cell_gradient(design: LatticeDesign) -> float:
 def cell_field(design: LatticeDesign, *, single: bool = False) -> Field:
     """Field of the infinite lattice, ``(g(u) - t(rho)) cell_size / |dg/du|``, about mm.
 
-    Parameters
-    ----------
-    single : bool
-        Evaluate the cell's function in float32: about 10x faster for trigonometric cells, and
-        right to about 2e-7 of the distance from the map's origin.
+    ``single``: evaluate the cell's function in float32: about 10x faster for trigonometric cells,
+    and right to about 2e-7 of the distance from the map's origin.
     """
     scale = design.cell_size / cell_gradient(design)
     uniform = not isinstance(design.density, DensityGrid)

@@ -128,10 +128,7 @@ def require_warps_reach(lattice: LatticeSpec, where: Where, points: FloatArray) 
 
     Raises CaseError, naming file, line and the nearest place of the lattice.
 
-    Parameters
-    ----------
-    points : (3, n) array, mm
-        That fill the lattice evenly.
+    ``points``, (3, n) array, mm: that fill the lattice evenly.
     """
     for number, warp in enumerate(lattice.warp):
         away = np.linalg.norm(points - np.array(warp.centre)[:, None], axis=0)
@@ -152,10 +149,7 @@ def require_lattice_left(where: Where, points: FloatArray, domain: DesignDomain)
 
     Raises CaseError, naming the key that fills the part.
 
-    Parameters
-    ----------
-    points : (3, n) array, mm
-        Where the part is lattice.
+    ``points``, (3, n) array, mm: where the part is lattice.
     """
     if points.shape[1]:
         return

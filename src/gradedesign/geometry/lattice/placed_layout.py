@@ -42,10 +42,7 @@ def graded_layout(
     Raises CaseError, DensityError, LatticeError or ResourceError if the map is impossible, or folds
     in the lattice.
 
-    Parameters
-    ----------
-    points : (3, n) array, mm
-        That fill the lattice evenly.
+    ``points``, (3, n) array, mm: that fill the lattice evenly.
     """
     with locating(where, "lattice.size" if lattice.graded_size else "lattice.orientation"):
         cell_map = graded_map(lattice, where, part, wanted, frames)

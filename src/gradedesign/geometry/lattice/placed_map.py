@@ -28,10 +28,7 @@ def placed_map(lattice: LatticeSpec, where: Where, part: Part, distance: Field) 
 
     Raises CaseError if the map is impossible.
 
-    Parameters
-    ----------
-    distance : callable
-        Signed distance of the part.
+    ``distance``: signed distance of the part.
     """
     with locating(where, map_key(where)):
         return _warped(lattice, where, _map_of_kind(lattice, part, distance))

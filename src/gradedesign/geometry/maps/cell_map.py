@@ -115,10 +115,7 @@ def require_regular(cell_map: CellMap, points: FloatArray) -> None:
 
     Raises LatticeError, naming the place.
 
-    Parameters
-    ----------
-    points : (3, ...) array, mm
-        Points inside the part.
+    ``points``, (3, ...) array, mm: points inside the part.
     """
     if cell_map.singular is None:
         return
@@ -167,10 +164,7 @@ def frame_along(axis: Sequence[float]) -> FloatArray:
 
     Returns (3, 3) array: columns are the axes. Raises CaseError if the direction has no length.
 
-    Parameters
-    ----------
-    axis : (3,) sequence
-        Direction of the third axis, any length.
+    ``axis``, (3,) sequence: direction of the third axis, any length.
     """
     third = np.asarray(axis, dtype=np.float64)
     length = float(np.linalg.norm(third))

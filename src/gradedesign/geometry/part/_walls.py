@@ -104,10 +104,7 @@ def find_walls(sheet: FacetSheet, cylindrical: BoolArray) -> list[tuple[str, Wal
     Returns list of (kind, Wall): kind ``cylinder`` or ``cone``; without those that are one of the
     faces already.
 
-    Parameters
-    ----------
-    cylindrical : (m,) bool array
-        Facets of faces that are known as cylinders.
+    ``cylindrical``, (m,) bool array: facets of faces that are known as cylinders.
     """
     free = ~sheet.flat & ~cylindrical
     # The first walls may take pieces of what was known.

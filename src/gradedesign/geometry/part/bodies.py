@@ -18,10 +18,7 @@ _PLACES = 16
 def body_of_triangles(surface: SurfaceMesh) -> IntArray:
     """Number of the body of every triangle ``(m,)``, counted from 0; voids go with the solid.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        Closed; its shells share no vertices.
+    ``surface``: closed; its shells share no vertices.
     """
     ends = surface.faces[:, [0, 1, 1, 2]].reshape(-1, 2).T
     of_vertex = linked_sets(ends, len(surface.vertices))

@@ -24,10 +24,8 @@ _OTHER = ExactSurface(kind="other")
 def exact_faces(surface: SurfaceMesh, file_faces: FileFaces) -> SmoothFaces:
     """Smooth faces from the surfaces that the part's file states.
 
-    Parameters
-    ----------
-    file_faces : FileFaces
-        On that surface, with ``surfaces``; triangles of no face become faces of kind ``other``.
+    ``file_faces``: on that surface, with ``surfaces``; triangles of no face become faces of kind
+    ``other``.
     """
     pairs = face_edges(surface.faces).pairs
     vectors = area_vectors(surface)

@@ -100,10 +100,7 @@ def round_shapes(surface: SurfaceMesh, faces: SmoothFaces) -> tuple[RoundShapes,
 
     Returns tuple of RoundShapes: in the order of `KINDS`, each kind from the smallest diameter on.
 
-    Parameters
-    ----------
-    faces : SmoothFaces
-        Of that surface.
+    ``faces``: of that surface.
     """
     slots = find_slots(surface, faces)
     ends = {number for slot in slots for number in slot.faces}

@@ -62,10 +62,7 @@ def find_slots(surface: SurfaceMesh, faces: SmoothFaces) -> tuple[Slot, ...]:
 
     Returns tuple of Slot: in the order of their first faces.
 
-    Parameters
-    ----------
-    faces : SmoothFaces
-        Of that surface.
+    ``faces``: of that surface.
     """
     ends = [number for number, face in enumerate(faces.faces) if is_half(face)]
     if len(ends) < 2:

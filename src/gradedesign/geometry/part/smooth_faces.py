@@ -98,10 +98,7 @@ class SmoothFaces:
 def segment_faces(surface: SurfaceMesh) -> SmoothFaces:
     """Part a closed surface into smooth faces.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        Closed and outward.
+    ``surface``: closed and outward.
     """
     clusters = find_clusters(surface, _SHARP_DEG)
     groups = split_by(clusters.region, np.arange(len(clusters.region)))

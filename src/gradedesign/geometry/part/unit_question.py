@@ -26,10 +26,7 @@ def _unit_that_fits(
 ) -> str:
     """The unit in which every region of a case is found on a part; empty where none is.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        As read in ``units``, on which a region is not found.
+    ``surface``: as read in ``units``, on which a region is not found.
     """
     for other, size in UNIT_MM.items():
         ratio = size / UNIT_MM[units]

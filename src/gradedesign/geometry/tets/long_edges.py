@@ -36,10 +36,7 @@ def bisect_long_edges(mesh: TetMesh, longest: float) -> TetMesh:
     Returns TetMesh: the same object where no edge is too long; else the points keep their numbers
     and new ones follow. Raises ValueError if the length is not positive.
 
-    Parameters
-    ----------
-    longest : float
-        mm.
+    ``longest``: mm.
     """
     if not 0.0 < longest < np.inf:
         raise ValueError(f"the longest edge must be positive, not {longest} mm")

@@ -28,10 +28,7 @@ def shifts_of(surface: SurfaceMesh, offsets: FloatArray) -> FloatArray:
     at the vertex: on smooth surfaces along the mean normal, at an edge or a corner to where the
     moved planes meet. Exact for planes, of second order in the offset over the radius elsewhere.
 
-    Parameters
-    ----------
-    offsets : (m, 3) array, mm
-        Of every facet at each of its corners; outwards is positive.
+    ``offsets``, (m, 3) array, mm: of every facet at each of its corners; outwards is positive.
     """
     normals, corners = facet_normals(surface), corner_points(surface)
     matrix, right = np.zeros((len(surface.vertices), 6)), np.zeros((len(surface.vertices), 3))

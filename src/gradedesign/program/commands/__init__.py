@@ -25,10 +25,7 @@ _RESUMABLE = {"run": "go on with the same command and --resume"}
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit; SIGINT and SIGTERM end it with 130 and one line.
 
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        Those of the process by default.
+    ``arguments``: those of the process by default.
     """
     # The interpreter would look through every object for cycles as it ends: 0.7 of the 0.9 s of
     # processor time between the last line of a command and its end, tens of seconds on a machine

@@ -38,10 +38,7 @@ def write_junit(
 ) -> None:
     """Write a suite of each case, with a test of each expected quantity.
 
-    Parameters
-    ----------
-    seconds : mapping of case to float
-        That its run took.
+    ``seconds``: that its run took.
     """
     suites = Xml.Element("testsuites")
     for case in dict.fromkeys(c.case for c in comparisons):

@@ -16,10 +16,7 @@ EVERY = 4.0
 def loading_lines(*, err: bool) -> Iterator[Callable[[], None]]:
     """Print a line every few seconds until the function that is yielded is called.
 
-    Parameters
-    ----------
-    err : bool
-        Write to standard error: standard output holds the answer.
+    ``err``: write to standard error: standard output holds the answer.
     """
     over = threading.Event()
 

@@ -109,10 +109,7 @@ def unmarked_hooks(
 ) -> Iterator[str]:
     """One sentence for every function that is named like a hook and lacks the marker.
 
-    Parameters
-    ----------
-    sources : mapping of str to PluginSource
-        By the name under which a plugin is registered.
+    ``sources``: by the name under which a plugin is registered.
     """
     for name, source in sorted(sources.items()):
         for hook in hook_names():

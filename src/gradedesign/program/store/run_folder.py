@@ -78,10 +78,7 @@ class RunFolder:
 
         Raises CaseError if the name leaves the folder, also through a link, or is reserved.
 
-        Parameters
-        ----------
-        name : str
-            Relative, with forward slashes; its folder is created.
+        ``name``: relative, with forward slashes; its folder is created.
         """
         parts = name.split("/")
         reserved = parts[0] in (MANIFEST_NAME, LOCK_NAME, OWNER_NAME, STAGES)
@@ -109,10 +106,7 @@ class RunFolder:
         Raises CaseError if there is no such file. Raises ResourceError if the file is not the one
         that was written.
 
-        Parameters
-        ----------
-        sha256 : str, optional
-            Of the bytes that were written, where the writer knows it.
+        ``sha256``: of the bytes that were written, where the writer knows it.
         """
         path = self.path_of(name)
         if not path.is_file():
