@@ -120,6 +120,14 @@ def run(
     ------
     GradeDesignError
         Whatever stopped the run, by name; ``result.json`` then says ``failed``.
+
+    Examples
+    --------
+    >>> from gradedesign import load_case
+    >>> case = load_case("cases/mini")  # its run takes about a minute, so no test runs it
+    >>> result = run(case, overwrite=True)  # doctest: +SKIP
+    >>> result.status, round(result.mass_g, 1)  # doctest: +SKIP
+    ('met', 8.4)
     """
     if density is not None and not case.lattice.stated:
         raise CaseError(

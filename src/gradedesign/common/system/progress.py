@@ -154,6 +154,10 @@ def report_step(text: str, fraction: float | None = None, *, blocking: bool = Fa
         Share that is done, 0 to 1.
     blocking : bool
         What follows holds the interpreter's lock, so that it must be said now or after it.
+
+    Examples
+    --------
+    >>> report_step("reading slices", 0.5)  # shown by whoever watches: `run`, or nobody
     """
     watch = _WATCH.get()
     if watch is not None:

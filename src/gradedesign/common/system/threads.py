@@ -29,6 +29,11 @@ def in_threads(work: Callable[[T], S], items: Iterable[T]) -> Iterator[S]:
     The function runs in as many threads as numba uses. It is to call compiled code that releases
     the interpreter and is not threaded itself, and must not depend on the order of its calls. Few
     results wait to be taken, so that memory holds no more of them.
+
+    Examples
+    --------
+    >>> list(in_threads(lambda number: number**2, [1, 2, 3]))
+    [1, 4, 9]
     """
     threads = get_num_threads()
     waiting: deque[Future[S]] = deque()
@@ -61,6 +66,16 @@ def in_ranges(
         Of the kernel, after the range.
     threaded : bool
         False: one call, in this thread.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> def fill(low, high, values):
+    ...     values[low:high] = np.arange(low, high)
+    >>> values = np.zeros(6)
+    >>> in_ranges(fill, range(0, 6, 2), values)
+    >>> values
+    array([0., 1., 2., 3., 4., 5.])
     """
     count, end = len(numbers), numbers.stop
     if count == 0:

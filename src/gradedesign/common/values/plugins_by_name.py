@@ -21,6 +21,11 @@ def supplied_by(kind: str, name: str) -> str:
         ``solvers``, ``suffixes`` of part files, or ``keys`` of a case file, dotted.
     name : str
         Nothing that is loaded supplies it.
+
+    Examples
+    --------
+    >>> supplied_by("cell_families", "no-cell-of-this-project")
+    ''
     """
     for plugin, names in _plugins().get(kind, {}).items():
         if name in names:

@@ -51,6 +51,11 @@ def checked_values(field: Field, points: FloatArray) -> FloatArray:
     ------
     LatticeError
         If the field returns another shape or values that are not finite.
+
+    Examples
+    --------
+    >>> checked_values(lambda points: points[0] - 1.0, np.zeros((3, 2)))
+    array([-1., -1.])
     """
     values = np.asarray(field(points), dtype=np.float64)
     if values.shape != points.shape[1:]:

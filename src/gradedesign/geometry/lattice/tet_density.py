@@ -47,6 +47,16 @@ def tet_density(
         If the values do not fit the mesh. The source raises it for points that are too far.
     ResourceError
         If the grid takes more memory.
+
+    Examples
+    --------
+    >>> corners = np.array([[0.0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    >>> mesh = TetMesh(points=corners, tets=np.array([[0], [1], [2], [3]]))
+    >>> density = tet_density(
+    ...     mesh, np.array([0.2, 0.6, 0.2, 0.2]), at="points", spacing=0.5, reach=1.0
+    ... )
+    >>> density(np.array([[0.5], [0.0], [0.0]])).round(6)
+    array([0.4])
     """
     expected = mesh.points.shape[1] if at == "points" else mesh.tets.shape[1]
     if values.shape != (expected,) or not np.isfinite(values).all():
@@ -95,6 +105,14 @@ def tet_tensors(mesh: TetMesh, values: FloatArray, at: Literal["points", "elemen
     -------
     callable
         Points ``(3, ...)`` mm to tensors ``(3, 3, ...)``.
+
+    Examples
+    --------
+    >>> corners = np.array([[0.0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    >>> mesh = TetMesh(points=corners, tets=np.array([[0], [1], [2], [3]]))
+    >>> stress = tet_tensors(mesh, np.diag([5.0, 2, 1])[None], "elements")
+    >>> stress(np.full((3, 1), 0.2))[0, 0]
+    array([5.])
     """
     locator = build_locator(mesh)
 

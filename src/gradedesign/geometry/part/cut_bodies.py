@@ -142,6 +142,16 @@ def closed_body(
     ------
     PartError
         If the body is damaged.
+
+    Examples
+    --------
+    >>> from gradedesign.geometry.part.box import box_surface
+    >>> from gradedesign.geometry.triangles.surface_mesh import corner_points, enclosed_volume
+    >>> corners = corner_points(box_surface((1.0, 1.0, 1.0)))
+    >>> body = PlacedBody(name="cube", corners=corners, label=np.zeros(12, dtype=np.int64))
+    >>> closed, notes = closed_body(body, 10.0, "cube.stl")  # in cm
+    >>> round(enclosed_volume(closed.surface), 6), notes
+    (1000.0, ())
     """
     corners = scale * body.corners
     try:
@@ -158,7 +168,18 @@ def closed_body(
 
 
 def meet(a: PlacedBody, b: PlacedBody) -> bool:
-    """Whether the boxes of two bodies have a volume in common."""
+    """Whether the boxes of two bodies have a volume in common.
+
+    Examples
+    --------
+    >>> from gradedesign.geometry.part.box import box_surface
+    >>> from gradedesign.geometry.triangles.surface_mesh import corner_points
+    >>> corners = corner_points(box_surface((1.0, 1.0, 1.0)))
+    >>> label = np.zeros(12, dtype=np.int64)
+    >>> bodies = [PlacedBody(name="", corners=corners + x, label=label) for x in (0.0, 0.5, 2.0)]
+    >>> meet(bodies[0], bodies[1]), meet(bodies[0], bodies[2])
+    (True, False)
+    """
     low = np.maximum(a.corners.min(axis=(0, 1)), b.corners.min(axis=(0, 1)))
     high = np.minimum(a.corners.max(axis=(0, 1)), b.corners.max(axis=(0, 1)))
     return bool((low < high).all())

@@ -90,7 +90,13 @@ def resolve_data_folder(text: str, *, folder: Path, allow_outside: bool) -> Path
 
 
 def natural(name: str) -> list[tuple[int, int, str]]:
-    """Sort key in which slice 2 comes before slice 10."""
+    """Sort key in which slice 2 comes before slice 10.
+
+    Examples
+    --------
+    >>> sorted(["slice10.png", "slice2.png"], key=natural)
+    ['slice2.png', 'slice10.png']
+    """
     pieces = re.split(r"(\d+)", name.lower())
     return [(1, int(p), "") if p.isdecimal() else (0, 0, p) for p in pieces]
 
@@ -107,6 +113,11 @@ def slices_with(file: Path) -> list[Path]:
     -------
     list of Path
         In the order of their numbers.
+
+    Examples
+    --------
+    >>> slices_with(Path("part.stl"))  # no image: it is no slice of a stack
+    [PosixPath('part.stl')]
     """
     if file.suffix.lower() not in IMAGES:
         return [file]

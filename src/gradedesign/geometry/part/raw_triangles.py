@@ -86,6 +86,11 @@ def raw_triangles(
     ------
     PartError
         If there are no triangles, or some are not finite.
+
+    Examples
+    --------
+    >>> raw_triangles([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]], source="one.xyz").corners.shape
+    (1, 3, 3)
     """
     values = np.asarray(corners, dtype=np.float64)
     if len(values) == 0:

@@ -36,7 +36,14 @@ class TetMesh(ShownRecord):
 
 
 def signed_volumes(mesh: TetMesh) -> FloatArray:
-    """Signed volume of every tetrahedron, ``(m,)``, mm^3."""
+    """Signed volume of every tetrahedron, ``(m,)``, mm^3.
+
+    Examples
+    --------
+    >>> corners = np.array([[0.0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 6]])
+    >>> signed_volumes(TetMesh(points=corners, tets=np.array([[0], [1], [2], [3]])))
+    array([1.])
+    """
     a, b, c, d = (mesh.points[:, mesh.tets[k]] for k in range(4))
     return np.einsum("ij,ij->j", b - a, np.cross(c - a, d - a, axis=0)) / 6.0
 

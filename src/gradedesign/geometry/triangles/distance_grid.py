@@ -63,6 +63,13 @@ def distance_grid(
     ----------
     Barill, Dickson, Schmidt, Levin & Jacobson, "Fast winding numbers for soups and clouds", ACM
     Transactions on Graphics 37(4), 43, 2018.
+
+    Examples
+    --------
+    >>> from gradedesign.geometry.part.box import box_surface
+    >>> grid = distance_grid(box_surface((4.0, 4.0, 4.0)), (-0.5, 2, 2), 1.0, (4, 1, 1))
+    >>> grid.ravel()
+    array([ 0.5, -0.5, -1.5, -1.5], dtype=float32)
     """
     lower = locked(lower, (3,), name="lower")
     if min(shape) < 1 or not spacing > 0 or not band > 0:

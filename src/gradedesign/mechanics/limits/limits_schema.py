@@ -155,17 +155,35 @@ class AtLeast(Allowed):
 
 
 def in_number(allowed: float | SolidMultiple) -> float:
-    """The allowed value as a number; NaN if it depends on the solid analysis."""
+    """The allowed value as a number; NaN if it depends on the solid analysis.
+
+    Examples
+    --------
+    >>> in_number(0.5), in_number(SolidMultiple(factor=2.0))
+    (0.5, nan)
+    """
     return math.nan if isinstance(allowed, SolidMultiple) else allowed
 
 
 def as_multiple(allowed: float | SolidMultiple) -> float | None:
-    """Multiple of the solid part's value; None where a quantity is stated."""
+    """Multiple of the solid part's value; None where a quantity is stated.
+
+    Examples
+    --------
+    >>> as_multiple(SolidMultiple(factor=2.0)), as_multiple(0.5)
+    (2.0, None)
+    """
     return allowed.factor if isinstance(allowed, SolidMultiple) else None
 
 
 def stated_words(allowed: float | SolidMultiple, unit: str) -> str:
-    """The allowed value as a person reads it: ``2 mm`` or ``2 x solid``."""
+    """The allowed value as a person reads it: ``2 mm`` or ``2 x solid``.
+
+    Examples
+    --------
+    >>> stated_words(0.5, "mm"), stated_words(SolidMultiple(factor=2.0), "mm")
+    ('0.5 mm', '2 x solid')
+    """
     return allowed.words if isinstance(allowed, SolidMultiple) else f"{allowed:g} {unit}"
 
 

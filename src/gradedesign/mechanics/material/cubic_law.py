@@ -46,6 +46,17 @@ def cubic_law(
     Notes
     -----
     With ``G' = (C11 - C12) / 2``, cubic symmetry gives ``1 / E = 1 / (9 K) + 1 / (3 G')``.
+
+    Examples
+    --------
+    >>> from gradedesign import LawOrigin, cubic_law
+    >>> origin = LawOrigin(kind="fe", source="Author, year, table 1", test="periodic cell")
+    >>> law = cubic_law(
+    ...     "mine-2026", ("my-cell",), youngs=(0.5, 2.0), bulk=(0.4, 2.0), shear=(0.2, 2.0),
+    ...     strength=([0.1, 0.3, 0.5], [0.03, 0.1, 0.2]), window=(0.1, 0.5), origin=origin,
+    ... )
+    >>> round(float(law.stiffness(np.array(0.5))[3, 3]), 6)  # C44, 0.2 * 0.5**2
+    0.05
     """
     (ce, ne), (cb, nb), (cs, ns) = youngs, bulk, shear
 
@@ -99,6 +110,17 @@ def cubic_table_law(
     ------
     ValueError
         If a column is not positive and increasing, or the stiffness is not positive definite.
+
+    Examples
+    --------
+    >>> from gradedesign import LawOrigin, cubic_table_law
+    >>> origin = LawOrigin(kind="fe", source="Author, year, table 1", test="periodic cell")
+    >>> law = cubic_table_law(
+    ...     "mine-2026", ("my-cell",), density=[0.1, 0.3, 0.5], C11=[0.02, 0.1, 0.3],
+    ...     C12=[0.01, 0.05, 0.1], C44=[0.01, 0.04, 0.1], strength=[0.03, 0.1, 0.2], origin=origin,
+    ... )
+    >>> law.window, round(float(law.strength(np.array(0.3))), 6)
+    ((0.1, 0.5), 0.1)
     """
     columns = [_log_curve(name, density, values) for values in (C11, C12, C44)]
     return _law(

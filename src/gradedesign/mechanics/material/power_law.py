@@ -55,6 +55,17 @@ def power_law(
     Ramirez Salazar, thesis, Grenoble 2022, eqs. 1.2 to 1.4. Its eq. 1.3 divides G by the base
     material's shear modulus, its tables divide by Young's modulus: homogenised values agree with
     the tables.
+
+    Examples
+    --------
+    >>> from gradedesign import LawOrigin, power_law
+    >>> origin = LawOrigin(kind="fe", source="Author, year, table 1", test="periodic cell")
+    >>> law = power_law(
+    ...     "mine-2026", ("my-cell",), youngs=(0.5, 2.0), window=(0.1, 0.5), origin=origin
+    ... )
+    >>> E = 1 / np.linalg.inv(law.stiffness(np.array(0.4)))[0, 0]
+    >>> round(float(E), 6)  # 0.5 * 0.4**2
+    0.08
     """
     coefficients = _coefficients(youngs, shear, strength)
     if any(value <= 0 for _, value in coefficients) or not 0 < window[0] < window[1] <= 1:

@@ -46,6 +46,12 @@ def load_case(
     CaseError
         With a summary and one line per problem: file, line, key, what was found, what would be
         right.
+
+    Examples
+    --------
+    >>> case = load_case("cases/mini", values={"lattice.size": "10 mm"})
+    >>> case.name, case.lattice.size
+    ('mini', (10.0,))
     """
     return read_case.load_case(
         path, allow_outside=allow_outside, brought=lambda: brought_by(registry), values=values
@@ -68,6 +74,12 @@ def load_part(
     ------
     CaseError, PartError, ResourceError, PluginError
         Whatever is wrong, with file, line and key.
+
+    Examples
+    --------
+    >>> part = load_part("cases/mini")
+    >>> list(part.regions), round(part.volume, 6)
+    (['root', 'tip'], 3456.0)
     """
     registry = build_registry() if registry is None else registry
     case = load_case(path, allow_outside=allow_outside, registry=registry)
