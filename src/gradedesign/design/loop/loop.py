@@ -253,12 +253,8 @@ def _next_factors(before: Judged | None, now: Judged, *, refused: bool) -> Facto
 
     After a first refused design its factors alone count: earlier ones were far from their limits.
 
-    Parameters
-    ----------
-    before, now : Judged
-        Last two designs.
-    refused : bool
-        Whether a design was refused before this one.
+    ``before``, ``now``: last two designs; ``refused``: whether a design was refused before this
+    one.
     """
     if before is None or before.holds == now.holds or not refused:
         return now.factors

@@ -96,14 +96,8 @@ def _default_mesh_size(spec: PartSpec, part: Part, most: float, needed: float) -
     Stress and displacement of the solid need elements that follow its thickness; densities vary
     from cell to cell and members lie among them, so elements are no larger than those.
 
-    Parameters
-    ----------
-    spec : PartSpec
-        Without a mesh size.
-    most : float, mm
-        Largest edge, but for parts that would have too many unknowns with it.
-    needed : float, mm
-        Largest edge whatever they are.
+    ``spec``: without a mesh size; ``most``, float, mm: largest edge, but for parts that would have
+    too many unknowns with it; ``needed``, float, mm: largest edge whatever they are.
     """
     a, b, c = np.moveaxis(corner_points(part.surface), 1, 0)
     area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())

@@ -85,12 +85,8 @@ def solid_stress(
 def _stress_band(found: StressPercentile, missing: float, size: float) -> Banded:
     """Where a stress is expected for ever smaller elements of the part itself.
 
-    Parameters
-    ----------
-    missing : float
-        Share of the part's volume by which that of the mesh differs.
-    size : float, mm
-        Of the elements.
+    ``missing``: share of the part's volume by which that of the mesh differs; ``size``, float, mm:
+    of the elements.
     """
     half = max(LEAST * found.value, _OF_DEVIATION * found.deviation)
     half += _OF_VOLUME * abs(missing) * found.value

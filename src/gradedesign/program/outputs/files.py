@@ -174,14 +174,8 @@ def _finish(
 ) -> RunResult:
     """Write files, the outputs that a case asks for and result.json.
 
-    Parameters
-    ----------
-    printed : sequence of str
-        Names of the files of the printed lattice.
-    drawn : callable
-        Writes the files of the run, enters them by their keys, and gives its warnings.
-    with_more : callable
-        Adds what outputs may read.
+    ``printed``: names of the files of the printed lattice; ``drawn``: writes the files of the run,
+    enters them by their keys, and gives its warnings; ``with_more``: adds what outputs may read.
     """
     out, registry, announce = to
     files: dict[str, str] = {}

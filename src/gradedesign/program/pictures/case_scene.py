@@ -93,12 +93,8 @@ def _marks_scene(
 ) -> dict[str, Any]:
     """Regions, supports and loads on the part.
 
-    Parameters
-    ----------
-    regions, actions : sequences
-        As the picture of the loading shows them.
-    load_cases : sequence of mappings
-        Plain data of supports, loads and resultants, as ``check --json`` and result.json hold.
+    ``regions``, ``actions``: as the picture of the loading shows them; ``load_cases``: plain data
+    of supports, loads and resultants, as ``check --json`` and result.json hold.
     """
     drawn = drawn_actions(actions, part.diagonal)
     scale = about_arrows(drawn, actions)
