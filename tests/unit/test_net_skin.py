@@ -9,9 +9,9 @@ from scipy import ndimage
 
 from gradedesign.design.case.read_case import load_case
 from gradedesign.errors import CaseError
+from gradedesign.geometry.lattice.components.joint import joint_volume
 from gradedesign.geometry.lattice.components.net_skin import NetSkin
 from gradedesign.geometry.lattice.domain import DesignDomain, grown
-from gradedesign.geometry.lattice.joint_volume import joint_volume
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.pipeline import run
 from gradedesign.program.host.registry import build_registry

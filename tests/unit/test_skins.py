@@ -9,10 +9,9 @@ from plain_cells import plain_cells
 
 from gradedesign.design.case.read_case import load_case
 from gradedesign.errors import CaseError
-from gradedesign.geometry.lattice.components.joint import Joint
+from gradedesign.geometry.lattice.components.joint import Joint, joint_volume
 from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.domain import LATTICE, SKIN, DesignDomain, phase_at
-from gradedesign.geometry.lattice.joint_volume import joint_volume
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.signed_distance import surface_distance

@@ -8,10 +8,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from gradedesign.geometry.lattice.components.drain import Drain
+from gradedesign.geometry.lattice.components.joint import interior_points
 from gradedesign.geometry.lattice.components.passive import PassiveRegion
 from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.domain import DesignDomain, phase_at
-from gradedesign.geometry.lattice.joint_volume import interior_points
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.part_mesh import box_part_mesh
 from gradedesign.geometry.part.signed_distance import surface_distance

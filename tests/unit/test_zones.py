@@ -22,7 +22,7 @@ from gradedesign.design.loop.iteration_steps import (
 )
 from gradedesign.design.resolve.design_model import prepare
 from gradedesign.design.resolve.zoning import zone_windows
-from gradedesign.design.verdict.zones import zone_data, zone_measures
+from gradedesign.design.verdict.common import zone_data, zone_measures
 from gradedesign.errors import CaseError, DensityError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.family import CellFamily

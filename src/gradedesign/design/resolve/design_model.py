@@ -26,7 +26,7 @@ from gradedesign.design.resolve.zone_laws import ZoneLaws, zone_laws, zoning
 from gradedesign.design.resolve.zoning import zone_windows, zoned_laws
 from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.cell_layout import layout_warnings
-from gradedesign.geometry.lattice.joint_volume import adds_to_cells, joint_fraction
+from gradedesign.geometry.lattice.components.joint import adds_to_cells, joint_fraction
 from gradedesign.geometry.tets.tet_mesh import TetMesh, centroids, signed_volumes
 from gradedesign.mechanics.explicit.support_zones import evaluated_at
 from gradedesign.mechanics.fe.load_case import region_nodes, region_shares

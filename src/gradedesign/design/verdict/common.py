@@ -7,6 +7,9 @@ import platform
 from importlib import metadata
 from typing import Any
 
+import numpy as np
+
+from gradedesign.arrays import FloatArray
 from gradedesign.design.case.schema import CaseName
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.load_balance import load_case_data
@@ -14,11 +17,13 @@ from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.resolve_law import buckling_basis, stress_basis
 from gradedesign.design.resolve.size_effects import why_periodic
 from gradedesign.design.resolve.symmetry import symmetry_data
-from gradedesign.design.verdict.zones import zone_data
+from gradedesign.design.resolve.zoning import Zoning
 from gradedesign.geometry.part.file_faces import file_body_data
 from gradedesign.geometry.part.part import Part
+from gradedesign.geometry.tets.tet_mesh import centroids
 from gradedesign.mechanics.limits.verdict import unsure_words
 from gradedesign.mechanics.material.material import Material
+from gradedesign.mechanics.sizing.homogenised import solid_held
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 
 #: Libraries whose versions the report names.
@@ -144,4 +149,70 @@ def material_data(material: Material) -> dict[str, Any]:
         ),
         "thermal_expansion_per_K": material.thermal_expansion,
         "source": material.source,
+    }
+
+
+def zone_data(zoning: Zoning | None) -> dict[str, Any]:
+    """Cell and law of every zone, and the factors of the transitions; empty without zones."""
+    if zoning is None:
+        return {}
+    return {
+        "zones": {
+            zone.name: {
+                "cell": zoning.cells.members[zone.cell].name,
+                "parameters": dict(zoning.cells.members[zone.cell].parameters),
+                "law": zoning.laws[zone.cell].name,
+                "density_bounds": list(zone.bounds),
+            }
+            for zone in zoning.zones
+        },
+        **_transitions(zoning),
+    }
+
+
+def zone_measures(
+    model: HomogenisedModel, zoning: Zoning | None, rho: FloatArray
+) -> dict[str, Any]:
+    """Volume, mass and mean density of the lattice of every zone of a design; empty without zones.
+
+    By the densities that sizing found, which the printed file follows. Where two zones pass into
+    each other, each has its weight.
+
+    Parameters
+    ----------
+    rho : (M,) array
+    """
+    if zoning is None:
+        return {}
+    weights = zoning.weights(centroids(model.space.mesh)) * model.lattice_volumes
+    solid = weights @ solid_held(model, rho)
+    volume, whole = weights.sum(axis=1), weights.sum()
+    return {
+        "zones": {
+            zone.name: {
+                "volume_mm3": float(volume[k]),
+                "share_of_lattice": float(volume[k] / whole),
+                "mass_g": float(solid[k] * model.material.density * 1e6),
+                "density": float(solid[k] / volume[k]) if volume[k] > 0 else None,
+            }
+            for k, zone in enumerate(zoning.zones)
+        }
+    }
+
+
+def _transitions(zoning: Zoning) -> dict[str, Any]:
+    """Factors on stiffness and strength of the mixes between the cells that meet."""
+    if not zoning.factors:
+        return {}
+    return {
+        "transitions": [
+            {
+                "cells": [zoning.cells.members[i].name, zoning.cells.members[j].name],
+                "share_of_second": np.asarray(mix.share).tolist(),
+                "stiffness_factor": np.round(mix.stiffness, 4).tolist(),
+                "strength_factor": np.round(mix.strength, 4).tolist(),
+                "least_density": np.round(mix.low, 4).tolist(),
+            }
+            for (i, j), mix in zoning.factors.items()
+        ]
     }

@@ -13,7 +13,7 @@ from gradedesign.design.printing.as_built_body import AsBuiltBody, as_built_body
 from gradedesign.design.printing.print_checks import check_printed
 from gradedesign.design.printing.printability import Printability
 from gradedesign.design.resolve.plan import Plan
-from gradedesign.geometry.lattice.joint_volume import joint_volume
+from gradedesign.geometry.lattice.components.joint import joint_volume
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.mechanics.explicit.analysis import SurfaceFields
 from gradedesign.mechanics.explicit.explicit import ExplicitResult, governing_load_case

@@ -19,7 +19,7 @@ from gradedesign.design.verdict.density_warnings import BesideCells, density_war
 from gradedesign.design.verdict.printable import thickness_data, with_print_limits
 from gradedesign.design.verdict.result import RunResult
 from gradedesign.geometry.contour.islands import islands_words
-from gradedesign.geometry.lattice.joint_volume import joint_volume
+from gradedesign.geometry.lattice.components.joint import joint_volume
 from gradedesign.geometry.lattice.printed_surface import VOLUME_ERROR
 from gradedesign.geometry.lattice.slab_density import SlabDensities, total
 

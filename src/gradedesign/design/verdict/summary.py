@@ -20,7 +20,12 @@ from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.lattice_files import outer_data
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.verdict.acceptance_data import acceptance_data, measure_data
-from gradedesign.design.verdict.common import common_entries, latticed_mass, solid_mass
+from gradedesign.design.verdict.common import (
+    common_entries,
+    latticed_mass,
+    solid_mass,
+    zone_measures,
+)
 from gradedesign.design.verdict.printable import thickness_data
 from gradedesign.design.verdict.reasons import (
     judged_on,
@@ -32,7 +37,6 @@ from gradedesign.design.verdict.reasons import (
 from gradedesign.design.verdict.result import RunResult
 from gradedesign.design.verdict.shown import Shown
 from gradedesign.design.verdict.stress_warnings import coarse_layer, stress_warnings
-from gradedesign.design.verdict.zones import zone_measures
 from gradedesign.geometry.tets.meshed_surface import failed_attempts
 from gradedesign.mechanics.explicit.correction import Correction
 from gradedesign.mechanics.limits.limit import Limit, predicted_row
