@@ -24,7 +24,7 @@ from gradedesign.common.values.plugins_by_name import supplied_by
 from gradedesign.errors import CaseError, GradeDesignError, Interrupted, PluginError, ResourceError
 from gradedesign.program.commands.interrupt import Interruption
 from gradedesign.program.commands.loading import loading_lines
-from gradedesign.program.commands.show import with_options
+from gradedesign.program.commands.options import with_options
 from gradedesign.program.host.command import Command, command_names, load_command
 
 #: Errors keep their traceback.
@@ -361,7 +361,7 @@ def schema(
     ] = False,
 ) -> None:
     """Print the JSON schema of case files, for completion and checks in editors."""
-    from gradedesign.program.commands.report import schema as command
+    from gradedesign.program.commands.schema import schema as command
 
     command(output, study=study)
 

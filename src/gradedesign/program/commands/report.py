@@ -1,18 +1,13 @@
-"""``gradedesign report`` and ``schema``: a report written again, JSON schemas for editors."""
+"""``gradedesign report``: the report of a finished run, written again."""
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
-from gradedesign.common.system.atomic import write_text
-from gradedesign.design.case.schema import CaseFile, schema_json
 from gradedesign.design.verdict.result import RunResult
-from gradedesign.errors import CaseError, PluginError
-from gradedesign.program.commands.show import print_json, print_text
-from gradedesign.program.host.command import load_command
-from gradedesign.program.host.read_case import brought_by
+from gradedesign.errors import CaseError
+from gradedesign.program.commands.show import print_text
 from gradedesign.program.outputs.files import CASE_COPY, finished_run, write_result
 from gradedesign.program.outputs.finished import stored_result
 from gradedesign.program.outputs.report import REPORT
@@ -44,22 +39,3 @@ def report_again(folder: Path) -> RunResult:
         result = replace(result, files=files)
         write_result(out, result)
     return result
-
-
-def schema(output: Path | None, *, study: bool) -> None:
-    """Print the schema, or write it to a file.
-
-    Raises CaseError if the file cannot be written.
-    """
-    if study:
-        layout = load_command("sweep").layout
-        if layout is None:
-            raise PluginError("the command 'sweep' does not tell the layout of its study")
-        data = schema_json(layout())
-    else:
-        data = schema_json(CaseFile, brought_by(None))
-    if output is None:
-        print_json(data)
-        return
-    write_text(output, json.dumps(data, indent=2, allow_nan=False) + "\n")
-    print_text(f"wrote {output}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import sys
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -99,25 +98,3 @@ def print_warnings(warnings: Iterable[str]) -> None:
 def print_files(folder: object, names: Iterable[str]) -> None:
     """Print where files are, and their names."""
     print_text(f"files in {folder}: {', '.join(sorted(set(names)))}", hang=2)
-
-
-_OPTIONS = (
-    (re.compile(r"\ballow_outside=True"), "--allow-outside"),
-    (re.compile(r"\boverwrite=True"), "--overwrite"),
-    (re.compile(r"\bresume=True"), "--resume"),
-    (re.compile(r"\bfolder=\.\.\."), "folder with -o"),
-    (re.compile(r'\bunits="(\w+)"'), r"--units \1"),
-)
-
-
-def with_options(message: str) -> str:
-    """A message of the library, which speaks of arguments, for who typed a command.
-
-    Examples
-    --------
-    >>> with_options("take another folder=..., or discard what is there with overwrite=True")
-    'take another folder with -o, or discard what is there with --overwrite'
-    """
-    for argument, option in _OPTIONS:
-        message = argument.sub(option, message)
-    return message
