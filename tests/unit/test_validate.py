@@ -8,7 +8,8 @@ import pytest
 
 from gradedesign.errors import MeshError
 from gradedesign.program.commands import validate as module
-from gradedesign.program.commands.validate import compare, matches, value_at
+from gradedesign.program.commands.expected_values import compare, value_at
+from gradedesign.program.commands.suite_cases import matches
 
 DATA = {
     "status": "met",
@@ -67,6 +68,77 @@ def test_continuous_integration_reads_what_deviates(cli, suite, tmp_path):
     assert failed.get("name") == "mass_g"
     assert failed[0].get("message") == "found 11, expected 10 (9.9 to 10.1)"
     assert failed[0].text == "value = 9 in [an older] commit"
+
+
+STATED = """\
+[case]
+name = "block"
+[part]
+box = ["12 mm", "12 mm", "12 mm"]
+[material]
+name = "Ti-6Al-4V"
+[lattice]
+cell = "gyroid-sheet"
+size = "6 mm"
+density = 0.35
+[run]
+memory = "2 GB"
+[output]
+formats = ["stl"]
+"""
+BLOCK = """\
+[mass_g]
+value = 2.667
+tolerance = 0.02
+origin = "12^3 mm^3 of 4.41 g/cm^3 at a density of 0.35"
+"""
+
+
+def test_cases_in_processes_write_a_history_that_tells_what_changed(cli, tmp_path):
+    """Found at any depth; a case is left out only while it and the program are what passed."""
+    for folder in ("a/b/block", "brick"):
+        (tmp_path / folder).mkdir(parents=True)
+        (tmp_path / folder / "case.toml").write_text(STATED)
+        (tmp_path / folder / "expected.toml").write_text(BLOCK)
+    history = tmp_path / "history.jsonl"
+    options = ("--jobs", 2, "--history", history, "--changed")
+    assert cli("validate", tmp_path, *options).code == 0
+    lines = [json.loads(text) for text in history.read_text().splitlines()]
+    assert {line["case"] for line in lines} == {"block", "brick"}
+    for line in lines:
+        assert line["passed"]
+        assert line["mass_g"] == pytest.approx(2.667, rel=0.02)
+        assert line["values"] == {"mass_g": line["mass_g"]}
+        assert 50e6 < line["peak_bytes"] < 2e9
+    assert (tmp_path / "history-block.png").read_bytes().startswith(b"\x89PNG")
+    assert "0 of 2 cases changed" in cli("validate", tmp_path, *options).out
+    (tmp_path / "brick" / "case.toml").write_text(STATED.replace("0.35", "0.4"))
+    ended = cli("validate", tmp_path, *options)
+    assert ended.code == 1
+    assert "1 of 2 cases changed" in ended.out
+    (moved,) = [row for row in ended.out.split("Moved against")[1].splitlines() if "mass_g" in row]
+    assert moved.split()[0] == "brick"
+    assert float(moved.split()[-2]) == pytest.approx(14.3, abs=2.0)
+
+
+def test_a_case_that_holds_more_than_its_memory_is_ended(cli, tmp_path):
+    (tmp_path / "case.toml").write_text(STATED.replace("2 GB", "100 MB"))
+    (tmp_path / "expected.toml").write_text(BLOCK)
+    ended = cli("validate", tmp_path, "--jobs", 1)
+    assert ended.code == 1
+    assert "more than its run.memory of 0.10 GB" in " ".join(ended.out.split())
+
+
+def test_two_cases_of_one_name_and_a_damaged_history_are_refused(cli, suite, tmp_path):
+    folder, _ = suite
+    (folder / "x" / "one").mkdir(parents=True)
+    for name in ("case.toml", "expected.toml"):
+        (folder / "x" / "one" / name).write_text((folder / "one" / name).read_text())
+    assert "have one name" in cli("validate", folder).err
+    (tmp_path / "h.jsonl").write_text("nonsense\n")
+    ended = cli("validate", folder / "one", "--history", tmp_path / "h.jsonl")
+    assert (ended.code, "line 1 is none of a history" in ended.err) == (2, True)
+    assert cli("validate", folder / "one", "--changed").code == 2
 
 
 def test_everything_as_expected(cli, suite):

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import threading
 import time
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,6 +16,8 @@ from gradedesign.errors import ResourceError
 _CGROUPS = Path("/sys/fs/cgroup")
 _OWN_STATUS = Path("/proc/self/status")
 _OWN_CGROUP = Path("/proc/self/cgroup")
+#: Seconds between looks at the memory. Chosen: a look takes milliseconds.
+_LOOK_S = 0.5
 #: Names of (limit, usage, cache that the kernel gives back) in control groups 2 and 1.
 _V2 = ("memory.max", "memory.current", "inactive_file")
 _V1 = ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file")
@@ -28,17 +32,40 @@ def address_space_peak_bytes() -> int:
     return next((1024 * int(x.split()[1]) for x in lines if x.startswith("VmPeak:")), 0)
 
 
-def resident_memory_bytes() -> int:
-    """Return the resident memory of this process and of those it started, in bytes.
+def resident_memory_bytes(pid: int | None = None) -> int:
+    """Return the resident memory of a process, this one, and of those it started, in bytes.
 
     A process that ends while it is asked counts as nothing.
     """
-    own = psutil.Process()
-    total = int(own.memory_info().rss)
-    for child in own.children(recursive=True):
-        with suppress(psutil.Error):
-            total += int(child.memory_info().rss)
+    total = 0
+    with suppress(psutil.Error):
+        own = psutil.Process(pid)
+        for process in (own, *own.children(recursive=True)):
+            with suppress(psutil.Error):
+                total += int(process.memory_info().rss)
     return total
+
+
+@contextmanager
+def peak_memory() -> Iterator[Callable[[], int]]:
+    """Watch the resident memory of this process and of those it starts; yields what tells the most.
+
+    A look every half a second: shorter peaks are missed.
+    """
+    stop, peak = threading.Event(), resident_memory_bytes()
+
+    def look() -> None:
+        nonlocal peak
+        while not stop.wait(_LOOK_S):
+            peak = max(peak, resident_memory_bytes())
+
+    thread = threading.Thread(target=look, name="memory", daemon=True)
+    thread.start()
+    try:
+        yield lambda: max(peak, resident_memory_bytes())
+    finally:
+        stop.set()
+        thread.join()
 
 
 def available_memory_bytes() -> int:

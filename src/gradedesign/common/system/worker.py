@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, BinaryIO, TypeAlias
 
 import psutil
 from numpy.typing import ArrayLike, NDArray
@@ -178,19 +178,9 @@ def _run(
 ) -> int | None:
     """Run the process to its end or its limit; return its exit code, None if timed out."""
     command = [sys.executable, "-P", "-m", module, *arguments]
-    if sys.platform != "win32":  # which has no process groups: there it runs without a launcher
-        watched = [str(_LAUNCHER), str(os.getpid()), str(memory_limit_bytes)]
-        command = [sys.executable, "-I", "-S", *watched, *command]
-    temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))
     with (folder / log_name).open("wb") as output:
-        process = subprocess.Popen(
-            command,
-            cwd=folder,
-            stdin=subprocess.DEVNULL,
-            stdout=output,
-            stderr=subprocess.STDOUT,
-            start_new_session=True,
-            env={**os.environ, **temporary, "PYTHONUTF8": "1"},
+        process = start_process(
+            command, folder, output, output, memory_limit_bytes=memory_limit_bytes
         )
         try:
             return process.wait(timeout=time_limit_s)
@@ -198,11 +188,46 @@ def _run(
             return None
         finally:
             # Also after a normal end and on Ctrl-C: nothing the worker started may live on.
-            _kill_all(process)
+            kill_all(process)
             process.wait()
 
 
-def _kill_all(process: subprocess.Popen[bytes]) -> None:
+def start_process(
+    command: Sequence[str],
+    folder: Path,
+    output: BinaryIO,
+    errors: BinaryIO,
+    *,
+    memory_limit_bytes: int = 0,
+    environment: Mapping[str, str] = os.environ,
+) -> subprocess.Popen[bytes]:
+    """Start a process in a private folder and a session of its own; it ends with this one.
+
+    ``kill_all`` ends it. Where this process dies, it goes with its folder.
+
+    Parameters
+    ----------
+    output, errors : binary file
+        That get what it prints.
+    memory_limit_bytes : int
+        Address space, bytes; 0 for no limit.
+    """
+    if sys.platform != "win32":  # which has no process groups: there it runs without a launcher
+        watched = [str(_LAUNCHER), str(os.getpid()), str(memory_limit_bytes)]
+        command = [sys.executable, "-I", "-S", *watched, *command]
+    temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))
+    return subprocess.Popen(
+        command,
+        cwd=folder,
+        stdin=subprocess.DEVNULL,
+        stdout=output,
+        stderr=errors,
+        start_new_session=True,
+        env={**environment, **temporary, "PYTHONUTF8": "1"},
+    )
+
+
+def kill_all(process: subprocess.Popen[bytes]) -> None:
     """Kill a process and everything it started."""
     if sys.platform != "win32":
         with suppress(ProcessLookupError, PermissionError):

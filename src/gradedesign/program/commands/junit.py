@@ -3,34 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree as Xml
 
 from gradedesign.common.system.atomic import write_text
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison:
-    """An expected quantity of a case and the value of this run.
-
-    ``from_run``: the expected value is one that this program gave before, no reference.
-    """
-
-    case: str
-    quantity: str
-    value: Any
-    expected: Any
-    tolerance: str
-    origin: str
-    from_run: bool
-    passed: bool
-
-
-def short(value: Any) -> str:
-    """A value for people to read."""
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+from gradedesign.program.commands.expected_values import Comparison, short
 
 
 def write_junit(

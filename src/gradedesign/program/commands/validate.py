@@ -3,122 +3,203 @@
 from __future__ import annotations
 
 import json
-import re
 import time
-import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
-from gradedesign.common.system.atomic import is_folder, write_text
+from gradedesign.common.system.limits import peak_memory
 from gradedesign.common.system.progress import Listener, counted, ignore
 from gradedesign.common.system.scratch import scratch_folder
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.verdict.result import as_json as result_data
-from gradedesign.errors import CaseError, GradeDesignError
+from gradedesign.errors import GradeDesignError
 from gradedesign.pipeline import run as run_case
-from gradedesign.program.commands.junit import Comparison, short, write_junit
-from gradedesign.program.commands.layout import say
+from gradedesign.program.commands.case_processes import CaseTask, in_processes, say_log
+from gradedesign.program.commands.expected_values import (
+    Comparison,
+    compare,
+    short,
+    update_expected,
+    value_at,
+)
+from gradedesign.program.commands.junit import write_junit
 from gradedesign.program.commands.plugins import registry_for
 from gradedesign.program.commands.progress_lines import ProgressLines
-from gradedesign.program.commands.show import print_json, print_table, print_text
+from gradedesign.program.commands.show import print_files, print_json, print_table, print_text
+from gradedesign.program.commands.suite_cases import SuiteCase, case_folders, suite_case
+from gradedesign.program.commands.validation_history import (
+    HistoryLine,
+    append_line,
+    differences,
+    draw_history,
+    last_of,
+    read_history,
+    suite_key,
+)
 from gradedesign.program.host.read_case import load_case
 
 #: Exit code where a case misses an expected value: no class of error has it.
 DEVIATES = 1
-
-#: ``["iterations.-1.limits.0.discrepancy"]`` or ``[status]``, and ``value = 1.5  # comment``.
-_HEADER = re.compile(r'\s*\[(?:"([^"]+)"|([^"\]]+))\]')
-_VALUE = re.compile(r'(\s*value\s*=\s*)("[^"]*"|[^#\s]+)([^\n]*)')
+#: Bytes for a case that cannot be read, whose process ends at once. Chosen, not measured.
+_DAMAGED_MEMORY = 2_000_000_000
 
 
-def validate(
-    folders: Sequence[Path] | None,
-    keyword: str,
-    *,
-    update: bool,
-    strict_plugins: bool,
-    as_json: bool,
-    junit: Path | None = None,
-) -> int:
-    """Run every chosen case and print the table; 1 if anything deviates.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ValidateRequest:
+    """Options of the command.
 
-    ``junit`` is a file that gets the comparisons too.
+    Attributes
+    ----------
+    junit : Path or None
+        File that gets the comparisons too.
+    jobs : int or None
+        Cases at a time, each in a process of its own; None for this process.
+    history : Path or None
+        File that gets a line of each case.
+    changed : bool
+        Only cases of which the history has no passing line of the same case and program.
     """
-    chosen = _case_folders(folders or [Path("cases")], keyword)
-    registry = registry_for(strict_plugins=strict_plugins)
+
+    keyword: str = ""
+    update: bool = False
+    strict_plugins: bool = False
+    as_json: bool = False
+    junit: Path | None = None
+    jobs: int | None = None
+    history: Path | None = None
+    changed: bool = False
+
+
+def validate(folders: Sequence[Path] | None, request: ValidateRequest) -> int:
+    """Run every chosen case and print the table; 1 if anything deviates."""
+    chosen = case_folders(folders or [Path("cases")], request.keyword)
+    registry = registry_for(strict_plugins=request.strict_plugins)
+    past = [] if request.history is None else read_history(request.history)
+    key = suite_key(registry)
+    suite = [suite_case(folder, registry, key) for folder in chosen]
+    if request.changed:
+        suite = [case for case in suite if not _is_proven(case, past)]
+        if not request.as_json:
+            print_text(f"{len(suite)} of {len(chosen)} cases changed since they last passed")
     comparisons: list[Comparison] = []
-    seconds: dict[str, float] = {}
+    lines: list[HistoryLine] = []
     with ProgressLines("validate", err=True, events=False) as progress:
-        for folder in counted(chosen, "case", len(chosen)):
-            expected, began = read_expected(folder / "expected.toml"), time.perf_counter()
-            data = run_data(folder, registry, progress, price=any(map(_of_bodies, expected)))
-            name = folder.resolve().name
-            seconds[name] = time.perf_counter() - began
-            compared = [compare(name, key, spec, data) for key, spec in expected.items()]
+        for case, compared, line in _outcomes(suite, registry, progress, request):
             comparisons += compared
-            if not as_json:
-                print_text(f"{folder}: {data['status']}; {data['reason']}", hang=2)
-            if update and data["status"] != "failed":
-                _update_expected(folder / "expected.toml", compared, quiet=as_json)
-    if junit is not None:
-        write_junit(junit, comparisons, seconds)
-    if as_json:
-        print_json([{k: getattr(c, k) for k in Comparison.__slots__} for c in comparisons])
-    else:
-        print_table(
-            "Validation",
-            ("case", "quantity", "value", "expected", "tolerance", "", "origin"),
-            [
-                (
-                    c.case,
-                    c.quantity,
-                    short(c.value),
-                    short(c.expected),
-                    c.tolerance,
-                    "ok" if c.passed else "DEVIATES",
-                    c.origin,
-                )
-                for c in comparisons
-            ],
-        )
+            lines.append(line)
+            if not request.as_json:
+                print_text(f"{case.folder}: {line.status}; {line.reason}", hang=2)
+            if request.history is not None:
+                append_line(request.history, line)
+            if request.update and line.status != "failed":
+                update_expected(case.folder / "expected.toml", compared, quiet=request.as_json)
+    if request.junit is not None:
+        write_junit(request.junit, comparisons, {line.case: line.seconds for line in lines})
+    if request.as_json:
+        print_json([asdict(c) for c in comparisons])
+    elif comparisons:
+        _print_comparisons(comparisons)
+    if request.history is not None:
+        _tell_history(request.history, past, lines, quiet=request.as_json)
     return 0 if all(c.passed for c in comparisons) else DEVIATES
 
 
-def _case_folders(folders: Sequence[Path], keyword: str) -> list[Path]:
-    """Folders that hold a case and its expectations, themselves or one level down.
-
-    Raises CaseError if none matches.
-    """
-    candidates = []
-    for folder in folders:
-        below = sorted(p for p in folder.glob("*") if p.is_dir()) if is_folder(folder) else []
-        for candidate in (folder, *below):
-            if (candidate / "case.toml").is_file() and (candidate / "expected.toml").is_file():
-                candidates.append(candidate)
-    chosen = [f for f in candidates if matches(f.resolve().name, keyword)]
-    if not chosen:
-        names = ", ".join(f.name for f in candidates) or "none"
-        raise CaseError(
-            f"no case folder matches '{keyword}' in {', '.join(map(str, folders))}; a case folder "
-            f"holds case.toml and expected.toml; found: {names}"
-        )
-    return chosen
+def _is_proven(case: SuiteCase, past: Sequence[HistoryLine]) -> bool:
+    """Whether the last passing line of a case is of this very case and program."""
+    last = last_of([line for line in past if line.passed], case.name)
+    return last is not None and bool(case.case_hash) and last.cause == case.cause
 
 
-def matches(name: str, expression: str) -> bool:
-    """Words joined by ``or`` and ``and``, each may be negated by ``not``."""
-    if not expression.strip():
-        return True
-    return any(
-        all(
-            (term.removeprefix("not ").strip() not in name)
-            if term.startswith("not ")
-            else (term in name)
-            for term in (t.strip() for t in re.split(r"\band\b", group))
-        )
-        for group in re.split(r"\bor\b", expression)
+_Outcome: TypeAlias = tuple[SuiteCase, list[Comparison], HistoryLine]
+
+
+def _outcomes(
+    suite: Sequence[SuiteCase], registry: Registry, progress: Listener, request: ValidateRequest
+) -> Iterator[_Outcome]:
+    """Run the cases, here or in processes of their own, and tell the end of each."""
+    if request.jobs is None:
+        for case in counted(suite, "case", len(suite)):
+            began = time.perf_counter()
+            with peak_memory() as peak:
+                price = any(map(_of_bodies, case.expected))
+                data = run_data(case.folder, registry, progress, price=price)
+                held = peak()
+            yield _outcome(case, data, time.perf_counter() - began, held)
+        return
+    # A damaged case ends at once: any memory will do.
+    cases = {case.folder: case for case in suite}
+    tasks = [CaseTask(folder=c.folder, memory=c.memory or _DAMAGED_MEMORY) for c in suite]
+    for end in in_processes(tasks, request.jobs, strict_plugins=request.strict_plugins):
+        case = cases[end.folder]
+        say_log(end)
+        if end.answer:
+            line = HistoryLine(**json.loads(end.line))
+            yield case, [Comparison(**entry) for entry in json.loads(end.answer)], line
+        else:
+            data = {"status": "failed", "reason": end.reason}
+            yield _outcome(case, data, end.seconds, end.peak_bytes)
+
+
+def _outcome(case: SuiteCase, data: Mapping[str, Any], seconds: float, held: int) -> _Outcome:
+    """Comparisons of a case, and its line for a history."""
+    compared = [compare(case.name, key, spec, data) for key, spec in case.expected.items()]
+    first = value_at(data, "iterations.0.limits") or ()
+    off = [row["discrepancy"] for row in first if row["discrepancy"] is not None]
+    line = HistoryLine(
+        case=case.name,
+        version=metadata.version("gradedesign"),
+        case_hash=case.case_hash,
+        text_key=case.text_key,
+        program_key=case.program_key,
+        date=datetime.now(tz=UTC).isoformat(timespec="seconds"),
+        status=data["status"],
+        reason=data["reason"],
+        passed=all(c.passed for c in compared),
+        mass_g=data.get("mass_g"),
+        discrepancy=max(off, key=abs, default=None),
+        seconds=seconds,
+        peak_bytes=held,
+        values={c.quantity: c.value for c in compared},
     )
+    return case, compared, line
+
+
+def _print_comparisons(comparisons: Sequence[Comparison]) -> None:
+    print_table(
+        "Validation",
+        ("case", "quantity", "value", "expected", "tolerance", "", "origin"),
+        [
+            (
+                c.case,
+                c.quantity,
+                short(c.value),
+                short(c.expected),
+                c.tolerance,
+                "ok" if c.passed else "DEVIATES",
+                c.origin,
+            )
+            for c in comparisons
+        ],
+    )
+
+
+def _tell_history(
+    path: Path, past: Sequence[HistoryLine], lines: Sequence[HistoryLine], *, quiet: bool
+) -> None:
+    """Draw the cases that ran, and print what moved against the last line of each."""
+    pictures = [draw_history(path, [*past, *lines], line.case).name for line in lines]
+    if quiet:
+        return
+    earlier = ((last_of(past, line.case), line) for line in lines)
+    moved = [row for last, line in earlier if last for row in differences(last, line)]
+    if moved:
+        columns = ("case", "quantity", "before", "now", "change")
+        print_table("Moved against the last line of the history", columns, moved)
+    print_files(path.parent, [path.name, *pictures])
 
 
 def _of_bodies(quantity: str) -> bool:
@@ -133,128 +214,14 @@ def run_data(
 
     Other bodies are sized only for their ``price``.
     """
-    values = {} if price else {"run.price": False}
     with scratch_folder("validate") as temporary:
         try:
-            case = load_case(folder / "case.toml", registry=registry, values=values)
+            case = load_case(folder / "case.toml", registry=registry)
+            if not (price or case.lattice.stated):
+                values = {"run.price": False}
+                case = load_case(folder / "case.toml", registry=registry, values=values)
             return result_data(
                 run_case(case, registry, folder=temporary / "run", on_event=on_event)
             )
         except GradeDesignError as error:
             return {"status": "failed", "reason": str(error), "exit_code": error.exit_code}
-
-
-def read_expected(path: Path) -> dict[str, Mapping[str, Any]]:
-    """Tables of expected.toml by quantity.
-
-    Raises CaseError if the file is damaged or an entry lacks value, tolerance or origin.
-    """
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise CaseError(f"{path}: {error}") from error
-    for name, spec in data.items():
-        problem = _problem_of(spec)
-        if problem:
-            raise CaseError(
-                f"{path}: [{name}] {problem}; each quantity has value, origin, and for numbers "
-                f"tolerance (relative), at_least or at_most"
-            )
-    return data
-
-
-def _problem_of(spec: Any) -> str:
-    """Reason why an entry of expected.toml cannot be compared; empty if it can."""
-    if not isinstance(spec, dict):
-        return "is not a table"
-    missing = [key for key in ("value", "origin") if key not in spec]
-    if missing:
-        return f"lacks {' and '.join(missing)}"
-    if not isinstance(spec.get("from_run", False), bool):
-        return "has a from_run that is neither true nor false"
-    number = isinstance(spec["value"], (int, float)) and not isinstance(spec["value"], bool)
-    if number and not {"tolerance", "at_least", "at_most"} & set(spec):
-        return "states a number without saying how far it may be off"
-    return ""
-
-
-def compare(case: str, name: str, spec: Mapping[str, Any], data: Mapping[str, Any]) -> Comparison:
-    """Compare one quantity; dots in its name reach into the result."""
-    value = value_at(data, name)
-    expected = spec["value"]
-    if value is None:
-        passed, shown = False, "no such value"
-    elif isinstance(expected, (bool, str)) or not isinstance(value, (int, float)):
-        passed, shown = value == expected, "equal"
-    else:
-        low = spec.get("at_least", float("-inf"))
-        high = spec.get("at_most", float("inf"))
-        if "tolerance" in spec:
-            low = max(low, expected - abs(expected) * spec["tolerance"])
-            high = min(high, expected + abs(expected) * spec["tolerance"])
-        passed, shown = low <= value <= high, f"{low:.6g} to {high:.6g}"
-    return Comparison(
-        case=case,
-        quantity=name,
-        value=value,
-        expected=expected,
-        tolerance=shown,
-        origin=spec["origin"],
-        from_run=spec.get("from_run", False),
-        passed=bool(passed),
-    )
-
-
-def value_at(data: Mapping[str, Any], name: str) -> Any:
-    """Follow ``iterations.-1.limits.0.discrepancy``; None where it leads nowhere."""
-    value: Any = data
-    for key in name.split("."):
-        if isinstance(value, Mapping):
-            value = value.get(key)
-            continue
-        position = int(key) if re.fullmatch(r"-?\d+", key) else None
-        if not isinstance(value, (list, tuple)) or position is None:
-            return None
-        if not -len(value) <= position < len(value):
-            return None
-        value = value[position]
-    return value
-
-
-def _update_expected(path: Path, comparisons: Sequence[Comparison], *, quiet: bool) -> None:
-    """Write new values in place of those that earlier runs gave and tell each; comments stay.
-
-    A value of another origin, a formula, a paper, another program or a bar, is what a run is
-    measured by: it stays, and a line says so.
-    """
-    new = [
-        c for c in comparisons if c.value is not None and _as_toml(c.value) != _as_toml(c.expected)
-    ]
-    changed = {c.quantity: c for c in new if c.from_run}
-    for c in new:
-        if not (c.from_run or quiet):
-            say(
-                f"{path}: {c.quantity} stays {_as_toml(c.expected)}, found {short(c.value)}: no "
-                f"from_run = true, its origin is {json.dumps(c.origin)}"
-            )
-    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
-    quantity = ""
-    for number, line in enumerate(lines):
-        if header := _HEADER.match(line):
-            quantity = header[1] or header[2]
-        match = _VALUE.match(line)
-        if match is None or quantity not in changed:
-            continue
-        value = _as_toml(changed[quantity].value)
-        lines[number] = f"{match[1]}{value}{match[3]}\n"
-        if not quiet:
-            origin = json.dumps(changed[quantity].origin)
-            say(f"{path}: {quantity} {match[2]} -> {value}; is its origin still {origin}?")
-    write_text(path, "".join(lines))
-
-
-def _as_toml(value: Any) -> str:
-    """Write a value as TOML does; JSON agrees for text, numbers and truth values."""
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    return json.dumps(value)
