@@ -66,10 +66,7 @@ def write_error(path: Path, cause: OSError) -> GradeDesignError:
 def is_folder(path: Path) -> bool:
     """Tell whether there is a folder of that name.
 
-    Raises
-    ------
-    CaseError
-        If no folder can have it: too long, not allowed, a byte 0.
+    Raises `CaseError` if no folder can have it: too long, not allowed, a byte 0.
     """
     try:
         return path.is_dir()
@@ -83,6 +80,9 @@ def is_folder(path: Path) -> bool:
 def replacing(path: Path) -> Iterator[BinaryIO]:
     """Open a file that appears under its name only once it is complete on disk.
 
+    Raises `CaseError` if the folder is missing or may not be written in, and `ResourceError` if the
+    disk is full.
+
     Parameters
     ----------
     path : Path
@@ -92,13 +92,6 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
     ------
     binary file
         Open for reading and writing, so that a checksum can be taken before closing.
-
-    Raises
-    ------
-    CaseError
-        If the folder is missing or may not be written in.
-    ResourceError
-        If the disk is full.
     """
     unfinished = path.with_name(f".{path.name}.{secrets.token_hex(8)}.unfinished")
     try:
@@ -120,6 +113,8 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
 def replacing_path(path: Path) -> Iterator[Path]:
     """Like `replacing`, for writers that take a path and may look at its name or suffix.
 
+    Raises `CaseError` or `ResourceError` as `replacing`.
+
     Parameters
     ----------
     path : Path
@@ -130,11 +125,6 @@ def replacing_path(path: Path) -> Iterator[Path]:
     Path
         Of the same name in an empty folder beside the target; the file written there replaces the
         target, the folder goes.
-
-    Raises
-    ------
-    CaseError, ResourceError
-        As `replacing`.
     """
     folder = path.with_name(f".{path.name}.{secrets.token_hex(8)}.unfinished")
     try:
@@ -179,12 +169,8 @@ def write_text(path: Path, text: str) -> None:
 def write_npz(path: Path, /, **arrays: ArrayLike) -> None:
     """Write named arrays as an uncompressed ``.npz``, atomically.
 
-    Raises
-    ------
-    ValueError
-        If an array holds Python objects.
-    CaseError, ResourceError
-        As `replacing`.
+    Raises `ValueError` if an array holds Python objects, and `CaseError` or `ResourceError` as
+    `replacing`.
     """
     with replacing(path) as handle:
         write_arrays(handle, arrays)
@@ -209,12 +195,8 @@ def write_arrays(
 def read_npz(path: Path) -> dict[str, NDArray[Any]]:
     """Read all arrays of an ``.npz``.
 
-    Raises
-    ------
-    OSError
-        If the file cannot be read.
-    ValueError
-        If it is not an ``.npz``, is damaged, or holds Python objects, which are never loaded.
+    Raises `OSError` if the file cannot be read, and `ValueError` if it is not an ``.npz``, is
+    damaged, or holds Python objects, which are never loaded.
     """
     with path.open("rb") as handle:
         if not zipfile.is_zipfile(handle):

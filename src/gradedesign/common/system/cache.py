@@ -34,12 +34,8 @@ _PLAIN_KINDS = frozenset("biufcSU")
 def cache_folder() -> Path:
     """Return the user's cache folder of gradedesign, which need not exist yet.
 
-    Where the system keeps caches; ``$XDG_CACHE_HOME/gradedesign`` where that is set.
-
-    Raises
-    ------
-    CaseError
-        If there is no home folder either.
+    Where the system keeps caches; ``$XDG_CACHE_HOME/gradedesign`` where that is set. Raises
+    `CaseError` if there is no home folder either.
     """
     try:
         return user_cache_path("gradedesign", appauthor=False)
@@ -53,12 +49,8 @@ def content_key(*parts: _KeyPart) -> str:
     """Return the SHA-256 of a sequence of values, in hexadecimal.
 
     Type, length, shape and dtype count: ``1``, ``1.0``, ``True``, ``"1"`` and ``[1.0]`` have
-    different keys, and so have ``("ab", "c")`` and ``("a", "bc")``.
-
-    Raises
-    ------
-    TypeError
-        For any other type, and for arrays that hold objects or records.
+    different keys, and so have ``("ab", "c")`` and ``("a", "bc")``. Raises `TypeError` for any
+    other type, and for arrays that hold objects or records.
     """
     digest = hashlib.sha256()
     for part in parts:
@@ -90,10 +82,7 @@ def _encoded(part: _KeyPart) -> tuple[bytes, bytes | memoryview]:
 def entry_path(kind: str, key: str) -> Path:
     """Return where an entry is kept.
 
-    Raises
-    ------
-    ValueError
-        If ``kind`` is not lower case with dashes or ``key`` not from `content_key`.
+    Raises `ValueError` if ``kind`` is not lower case with dashes or ``key`` not from `content_key`.
     """
     if not _KIND.fullmatch(kind):
         raise ValueError(f"cache kind {kind!r} is not lower case with dashes")

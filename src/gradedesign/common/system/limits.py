@@ -119,15 +119,9 @@ def _room(folder: Path, files: tuple[str, str, str]) -> int | None:
 
 @dataclass(frozen=True, slots=True)
 class Deadline:
-    """A point in time, counted from the creation of the record by a clock that never jumps.
+    """A point in time, counted from the creation of the record by a clock that never jumps."""
 
-    Attributes
-    ----------
-    seconds : float
-        How long from the start; infinity for no limit.
-    """
-
-    seconds: float
+    seconds: float  #: How long from the start; infinity for no limit.
     start: float = field(default_factory=time.monotonic)
 
     def __post_init__(self) -> None:

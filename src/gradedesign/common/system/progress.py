@@ -23,28 +23,16 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Event:
-    """One step of a run.
+    """One step of a run."""
 
-    Attributes
-    ----------
-    stage : str
-        Lower case with dashes: ``law``, ``walls``, ``solid``, ``sizing``, ``lattice``,
-        ``explicit``, ``acceptance``.
-    message : str
-        One line for a person.
-    seconds : float or None
-        Seconds of the step; None while it runs.
-    values : mapping of str to float
-        Numbers behind the message; each name ends in its unit (``mass_g``) or is a ratio.
-    fraction : float or None
-        Share of the step that is done, 0 to 1, where it is known.
-    """
-
+    #: Lower case with dashes: ``law``, ``walls``, ``solid``, ``sizing``, ``lattice``, ``explicit``,
+    #: ``acceptance``.
     stage: str
-    message: str
-    seconds: float | None = None
+    message: str  #: One line for a person.
+    seconds: float | None = None  #: Seconds of the step; None while it runs.
+    #: Numbers behind the message; each name ends in its unit (``mass_g``) or is a ratio.
     values: Mapping[str, float] = field(default_factory=dict)
-    fraction: float | None = None
+    fraction: float | None = None  #: Share of the step that is done, 0 to 1, where it is known.
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
@@ -60,21 +48,11 @@ def ignore(event: Event) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
-    """Step of a computation with its progress.
+    """Step of a computation with its progress."""
 
-    Attributes
-    ----------
-    text : str
-        Name of the step, for a person; empty at the beginning of a level.
-    fraction : float or None
-        Share of it that is done, 0 to 1, where it is known.
-    began : float, s
-        By `time.monotonic`.
-    """
-
-    text: str
-    fraction: float | None
-    began: float
+    text: str  #: Name of the step, for a person; empty at the beginning of a level.
+    fraction: float | None  #: Share of it that is done, 0 to 1, where it is known.
+    began: float  #: s. By `time.monotonic`.
 
 
 class Watch:

@@ -27,6 +27,8 @@ _NAME = re.compile(r"gradedesign-[a-z]+-(\d+)-.+")
 def scratch_folder(purpose: str) -> Iterator[Path]:
     """Make a private temporary folder, and remove those of processes that were killed.
 
+    Raises `ResourceError` if there is no place for temporary files.
+
     Parameters
     ----------
     purpose : str
@@ -36,11 +38,6 @@ def scratch_folder(purpose: str) -> Iterator[Path]:
     ------
     Path
         Absolute; removed at the end, whatever happened.
-
-    Raises
-    ------
-    ResourceError
-        If there is no place for temporary files.
     """
     try:
         root = Path(tempfile.gettempdir())

@@ -25,16 +25,9 @@ _BLOCK = 1 << 20
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SealedArrays:
-    """Content of a sealed file.
+    """Content of a sealed file."""
 
-    Attributes
-    ----------
-    header : mapping
-        The JSON values stored with the arrays.
-    arrays : mapping of str to array
-    """
-
-    header: Mapping[str, Any]
+    header: Mapping[str, Any]  #: The JSON values stored with the arrays.
     arrays: Mapping[str, NDArray[Any]]
 
 
@@ -42,14 +35,9 @@ def write_sealed(path: Path, header: Mapping[str, object], arrays: Mapping[str, 
     """Write arrays and a JSON header with a checksum over every byte, atomically.
 
     The file is a valid ``.npz``: the checksum sits in the archive's comment, its last bytes, and so
-    can be verified before anything is parsed.
-
-    Raises
-    ------
-    ValueError
-        If an array holds objects, is named like the header, or the header is not JSON.
-    CaseError, ResourceError
-        As `gradedesign.common.system.atomic.replacing`.
+    can be verified before anything is parsed. Raises `ValueError` if an array holds objects, is
+    named like the header, or the header is not JSON, and `CaseError` or `ResourceError` as
+    `gradedesign.common.system.atomic.replacing`.
     """
     if _HEADER in arrays:
         raise ValueError(f"an array may not be named {_HEADER!r}")
@@ -66,12 +54,8 @@ def write_sealed(path: Path, header: Mapping[str, object], arrays: Mapping[str, 
 def read_sealed(path: Path) -> SealedArrays:
     """Read a sealed file, verifying its checksum first.
 
-    Raises
-    ------
-    OSError
-        If the file cannot be read.
-    ValueError
-        If it is truncated, altered or not sealed.
+    Raises `OSError` if the file cannot be read, and `ValueError` if it is truncated, altered or not
+    sealed.
     """
     with path.open("rb") as handle:
         length = handle.seek(0, os.SEEK_END) - _DIGEST

@@ -45,17 +45,10 @@ _WEIGHING_S = 60.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WorkerResult:
-    """Arrays and wall time that a worker returned.
-
-    Attributes
-    ----------
-    arrays : mapping of str to array
-    seconds : float
-        Wall time, with starting the process.
-    """
+    """Arrays and wall time that a worker returned."""
 
     arrays: Mapping[str, NDArray[Any]]
-    seconds: float
+    seconds: float  #: Wall time, with starting the process.
 
 
 def run_worker(
@@ -68,9 +61,11 @@ def run_worker(
 ) -> WorkerResult:
     """Run ``python -m module in.npz out.npz options.json`` within limits.
 
-    The process runs in a private temporary folder, in a session of its own, and never outlives
-    this call: its whole process group is killed at the time limit, on any error and on Ctrl-C, and
-    it goes with its folder where this process is killed.
+    The process runs in a private temporary folder, in a session of its own, and never outlives this
+    call: its whole process group is killed at the time limit, on any error and on Ctrl-C, and it
+    goes with its folder where this process is killed. Raises `MeshError` if the worker crashes (the
+    signal is named), fails, is ``timed out``, or leaves no readable result; the message ends with
+    its last lines of output; `ResourceError` if it ran out of memory, or was killed from outside.
 
     Parameters
     ----------
@@ -85,14 +80,6 @@ def run_worker(
     memory_limit_bytes : int
         Address space of the process, bytes. Linux holds the process to it; macOS and Windows have
         no such limit, which is logged as a warning.
-
-    Raises
-    ------
-    MeshError
-        If the worker crashes (the signal is named), fails, is ``timed out``, or leaves no readable
-        result; the message ends with its last lines of output.
-    ResourceError
-        If it ran out of memory, or was killed from outside.
     """
     if not all(part.isidentifier() for part in module.split(".")):
         raise ValueError(f"{module!r} is not the dotted name of a module")

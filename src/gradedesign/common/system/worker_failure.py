@@ -37,25 +37,13 @@ _LAST_LINES = 5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ending:
-    """The way in which a worker ended.
+    """The way in which a worker ended."""
 
-    Attributes
-    ----------
-    module : str
-        Its name.
-    folder : Path
-        Where it ran.
-    code : int or None
-        Exit code, minus the signal that ended it, or None at the time limit.
-    memory_limit_bytes : int
-        Of its address space.
-    """
-
-    module: str
-    folder: Path
-    code: int | None
+    module: str  #: Its name.
+    folder: Path  #: Where it ran.
+    code: int | None  #: Exit code, minus the signal that ended it, or None at the time limit.
     time_limit_s: float
-    memory_limit_bytes: int
+    memory_limit_bytes: int  #: Of its address space.
 
 
 def runs_out_of_memory(ending: Ending) -> bool:

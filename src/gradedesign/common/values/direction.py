@@ -25,10 +25,7 @@ _UPRIGHT = {"up": "+z", "top": "+z", "upwards": "+z", "down": "-z", "bottom": "-
 def _signed(value: object) -> object:
     """A direction in small letters.
 
-    Raises
-    ------
-    Refused
-        For one as a word, whose axis only the user knows.
+    Raises `Refused` for one as a word, whose axis only the user knows.
     """
     text = value.lower() if isinstance(value, str) else ""
     if text in _UPRIGHT:

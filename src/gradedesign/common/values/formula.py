@@ -79,25 +79,17 @@ Step = float | str | tuple[str, int]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Formula:
-    """A parsed formula.
+    """A parsed formula."""
 
-    Attributes
-    ----------
-    text : str
-        As written.
-    program : tuple
-        Steps in postfix order.
-    variables : frozenset of str
-        Those that occur.
-    """
-
-    text: str
-    program: tuple[Step, ...]
-    variables: frozenset[str]
+    text: str  #: As written.
+    program: tuple[Step, ...]  #: Steps in postfix order.
+    variables: frozenset[str]  #: Those that occur.
 
 
 def parse_formula(text: str, *, variables: tuple[str, ...] = _VARIABLES) -> Formula:
     """Parse a formula.
+
+    Raises `CaseError` with the place of what is wrong and what would be right.
 
     Parameters
     ----------
@@ -106,11 +98,6 @@ def parse_formula(text: str, *, variables: tuple[str, ...] = _VARIABLES) -> Form
         log, sin, cos, clamp(value, low, high) and smoothstep(low, high, value).
     variables : tuple of str
         Names of its variables.
-
-    Raises
-    ------
-    CaseError
-        With the place of what is wrong and what would be right.
 
     Examples
     --------

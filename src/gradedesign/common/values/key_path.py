@@ -18,10 +18,7 @@ _PART = re.compile(r"([A-Za-z0-9_-]+)((?:\[\d{1,4}\])*)")
 def parse_key(text: str) -> Key:
     """Parts of a dotted key; `gradedesign.common.values.problems.dotted` writes it.
 
-    Raises
-    ------
-    CaseError
-        If the text is no such key.
+    Raises `CaseError` if the text is no such key.
 
     Examples
     --------
@@ -44,16 +41,14 @@ def parse_key(text: str) -> Key:
 def with_values(data: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
     """A copy of a case file's content with other values at some keys.
 
+    Raises `CaseError` if a key leads through a value that is no table, or to an entry that a list
+    has not.
+
     Parameters
     ----------
     data : mapping
         As TOML gives it; tables that a key leads through are added where they are missing.
     values : mapping of dotted key to value
-
-    Raises
-    ------
-    CaseError
-        If a key leads through a value that is no table, or to an entry that a list has not.
 
     Examples
     --------

@@ -13,24 +13,14 @@ from gradedesign.errors import GradeDesignError
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Where:
-    """Where the keys of a case stand: calling it with a dotted key names file, line and key.
+    """Where the keys of a case stand: calling it with a dotted key names file, line and key."""
 
-    Attributes
-    ----------
-    file : str
-        Name of the case file.
-    lines : mapping of str to int
-        Line of every key of the file, by dotted path such as ``load_case[0].load[1].force``.
-    aliases : mapping of str to str
-        Keys of the file that stand for others: a zone's for those of ``[lattice]``.
-    layout : type of Table
-        Layout of the file, which tells what is a key.
-    """
-
-    file: str
+    file: str  #: Name of the case file.
+    #: Line of every key of the file, by dotted path such as ``load_case[0].load[1].force``.
     lines: Mapping[str, int] = field(default_factory=dict)
+    #: Keys of the file that stand for others: a zone's for those of ``[lattice]``.
     aliases: Mapping[str, str] = field(default_factory=dict)
-    layout: type[Table] = Table
+    layout: type[Table] = Table  #: Layout of the file, which tells what is a key.
 
     def __call__(self, key: str) -> str:
         """Name file and line of a dotted key such as ``region.tip`` or ``load_case[0].fix[0]``.
@@ -54,17 +44,14 @@ class Where:
 def locating(where: Where, key: str) -> Iterator[None]:
     """Put file, line and key before the message of every error raised inside.
 
+    Raises `GradeDesignError` of the class that was raised inside.
+
     Parameters
     ----------
     key : str
         Dotted key that asked for what is done inside. An error whose message starts with a key
         of a case file, such as ``region.tip: ...``, keeps its own; one that has its place already
         stays as it is.
-
-    Raises
-    ------
-    GradeDesignError
-        Of the class that was raised inside.
     """
     try:
         yield

@@ -25,31 +25,16 @@ _DEEPEST = 3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Problem:
-    """Something wrong at one key.
+    """Something wrong at one key."""
 
-    Attributes
-    ----------
-    key : tuple of str and int
-        Path of the key in the file.
-    message : str
-        What was found and what would be right. Nearest spellings are looked up in ``choices``
-        only when the problem is reported, since a hostile file can have thousands.
-    word : str
-        The wrong word to compare with ``choices``.
-    choices : tuple of str
-        Words that could be meant.
-    label : str
-        Heading of the list of choices.
-    missing : bool
-        Whether the key is not there.
-    """
-
-    key: Key
+    key: Key  #: Path of the key in the file.
+    #: What was found and what would be right. Nearest spellings are looked up in ``choices`` only
+    #: when the problem is reported, since a hostile file can have thousands.
     message: str
-    word: str = ""
-    choices: tuple[str, ...] = ()
-    label: str = ""
-    missing: bool = False
+    word: str = ""  #: The wrong word to compare with ``choices``.
+    choices: tuple[str, ...] = ()  #: Words that could be meant.
+    label: str = ""  #: Heading of the list of choices.
+    missing: bool = False  #: Whether the key is not there.
 
     def text(self) -> str:
         """The message with the nearest spelling and the choices."""

@@ -47,6 +47,8 @@ _REPLACED = (
 def parse_quantity(text: object, dimension: str) -> float:
     """Convert a quantity with its unit to the internal unit of its dimension.
 
+    Raises `CaseError` naming what was found, the expected dimension and an example.
+
     Parameters
     ----------
     text : object
@@ -62,11 +64,6 @@ def parse_quantity(text: object, dimension: str) -> float:
     -------
     float
         Finite; zero only when a zero was written.
-
-    Raises
-    ------
-    CaseError
-        Naming what was found, the expected dimension and an example.
 
     Examples
     --------

@@ -45,6 +45,8 @@ class _NotToml(Exception):  # noqa: N818  control flow of this file, never seen 
 def key_lines(text: str) -> dict[Key, int]:
     r"""Line number of every key of a TOML text.
 
+    Raises `CaseError` if a key is nested deeper than 24 levels or there are more than 5000 entries.
+
     Parameters
     ----------
     text : str
@@ -55,11 +57,6 @@ def key_lines(text: str) -> dict[Key, int]:
     dict of tuple to int
         Path such as ``("load_case", 0, "load", 1, "force")`` to its line, counted from 1. Up to
         the first syntax error where there is one.
-
-    Raises
-    ------
-    CaseError
-        If a key is nested deeper than 24 levels or there are more than 5000 entries.
 
     Examples
     --------

@@ -15,23 +15,12 @@ _POUND_FORCE = _POUND * _GRAVITY  # N
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dimension:
-    """A kind of quantity.
+    """A kind of quantity."""
 
-    Attributes
-    ----------
-    phrase : str
-        With its article, for messages: "a force".
-    example : str
-        A value that parses.
-    units : mapping of str to float
-        Spelling to the factor that converts to the internal unit.
-    least, most : float
-        Magnitudes, in the internal unit, between which a value other than zero can be meant.
-    """
-
-    phrase: str
-    example: str
-    units: Mapping[str, float]
+    phrase: str  #: With its article, for messages: "a force".
+    example: str  #: A value that parses.
+    units: Mapping[str, float]  #: Spelling to the factor that converts to the internal unit.
+    #: Magnitudes, in the internal unit, between which a value other than zero can be meant.
     least: float
     most: float
 

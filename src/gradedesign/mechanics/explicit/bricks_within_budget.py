@@ -44,21 +44,13 @@ _VOLUME_POINTS, _VOLUME_SEED = 500_000, 2007
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DividedSolid:
-    """Elements of a printed solid that are to be solved.
-
-    Attributes
-    ----------
-    requested : float, mm
-        Spacing before it was fitted to the part.
-    refused : tuple of str
-        Faults of the spacings that were tried first.
-    """
+    """Elements of a printed solid that are to be solved."""
 
     problem: CutProblem
     elements: Elements
     space: BrickSpace
-    requested: float
-    refused: tuple[str, ...]
+    requested: float  #: mm. Spacing before it was fitted to the part.
+    refused: tuple[str, ...]  #: Faults of the spacings that were tried first.
 
 
 def _design_problem(solid: PrintedSolid, spacing: float, *, graded: bool = False) -> CutProblem:

@@ -32,28 +32,16 @@ _TRUST = ((0.10, 0.85), (0.05, 0.70))
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Correction:
-    """Factors that the homogenised model carries; all 1 before the first explicit analysis.
+    """Factors that the homogenised model carries; all 1 before the first explicit analysis."""
 
-    Attributes
-    ----------
-    stiffness : float
-        On the lattice's C(rho), at the reference density.
-    exponent : float
-        The factor grows as ``(rho / reference) ** exponent``: small pieces of lattice lose more
-        stiffness to their cut faces at low density than at high density.
-    reference : float
-        Density at which ``stiffness`` was learned.
-    samples : tuple of (float, float)
-        Mean density and total factor of every explicit analysis so far.
-    factors : tuple of (LimitKey, float)
-        On predicted values; 1 where a limit has none.
-    """
-
-    stiffness: float = 1.0
+    stiffness: float = 1.0  #: On the lattice's C(rho), at the reference density.
+    #: The factor grows as ``(rho / reference) ** exponent``: small pieces of lattice lose more
+    #: stiffness to their cut faces at low density than at high density.
     exponent: float = 0.0
-    reference: float = 1.0
+    reference: float = 1.0  #: Density at which ``stiffness`` was learned.
+    #: Mean density and total factor of every explicit analysis so far.
     samples: tuple[tuple[float, float], ...] = ()
-    factors: KeyedValues = ()
+    factors: KeyedValues = ()  #: On predicted values; 1 where a limit has none.
 
     def factor(self, key: LimitKey) -> float:
         """Factor on the predicted value of a limit."""
@@ -62,17 +50,10 @@ class Correction:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Discrepancy:
-    """Predicted against explicit values of one design, prediction made before its analysis.
+    """Predicted against explicit values of one design, prediction made before its analysis."""
 
-    Attributes
-    ----------
-    values : tuple of (LimitKey, float)
-        explicit / predicted - 1 of every limit that both evaluate.
-    governing : LimitKey or None
-        The limit by gradient that the explicit analysis uses most.
-    """
-
-    values: KeyedValues = ()
+    values: KeyedValues = ()  #: explicit / predicted - 1 of every limit that both evaluate.
+    #: The limit by gradient that the explicit analysis uses most.
     governing: LimitKey | None = None
 
     def of(self, key: LimitKey | None) -> float:

@@ -13,28 +13,19 @@ from gradedesign.mechanics.fe.stress import weighted_percentile
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExclusionZone:
-    """Volume outside the evaluation mask, and the stress with and without it.
+    """Volume outside the evaluation mask, and the stress with and without it."""
 
-    Attributes
-    ----------
-    supports : tuple of (str, float)
-        Places that are left out, such as ``"root"`` or ``"the border of cut"``, with the radius
-        around each, mm.
-    percentile : float
-        Of the volume, per cent.
-    share : dict of phase to float
-        Share of the phase's volume within the radius; phases that the solid has.
-    everywhere : dict of load case to dict of phase to float, MPa
-        Stress that in the whole phase as much volume exceeds as exceeds the judged one outside, so
-        that it is never below that; the percentile itself of a phase that lies within.
-    maximum : dict of load case to dict of phase to float, MPa
-        Largest value in the whole phase.
-    """
-
+    #: Places that are left out, such as ``"root"`` or ``"the border of cut"``, with the radius
+    #: around each, mm.
     supports: tuple[tuple[str, float], ...]
-    percentile: float
+    percentile: float  #: Of the volume, per cent.
+    #: By phase. Share of the phase's volume within the radius; phases that the solid has.
     share: dict[str, float] = field(default_factory=dict)
+    #: By load case, by phase, MPa. Stress that in the whole phase as much volume exceeds as exceeds
+    #: the judged one outside, so that it is never below that; the percentile itself of a phase that
+    #: lies within.
     everywhere: dict[str, dict[str, float]] = field(default_factory=dict)
+    #: By load case, by phase, MPa. Largest value in the whole phase.
     maximum: dict[str, dict[str, float]] = field(default_factory=dict)
 
 

@@ -23,36 +23,18 @@ from gradedesign.mechanics.finite_cell.traction_residual import GoalResidual
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ExplicitResult:
-    """A solved solid with its measures; limits read it.
+    """A solved solid with its measures; limits read it."""
 
-    Attributes
-    ----------
-    solved : SolvedSolid
-        Of n sample points.
-    von_mises : dict of load case to (n, q) array, MPa
-        q values at each sample point.
-    measures : dict of load case to tuple of StressMeasure
-    phase : (n,) int array
-        Index into `measures.PHASES`.
-    exclusion : ExclusionZone
-        Share of the solid that the exclusion radius leaves out.
-    yields : Yielding or None
-        Stress above the yield strength that no support disturbs.
-    masses_g : dict of phase to float, g
-    volume : float, mm^3
-    seconds : float
-        Of solving and measuring; without dividing the solid.
-    """
-
-    solved: SolvedSolid
+    solved: SolvedSolid  #: Of n sample points.
+    #: By load case, ``(n, q)``, MPa. q values at each sample point.
     von_mises: dict[str, FloatArray]
-    measures: dict[str, tuple[StressMeasure, ...]]
-    phase: IntArray
-    exclusion: ExclusionZone
-    yields: Yielding | None
-    masses_g: dict[str, float]
-    volume: float
-    seconds: float
+    measures: dict[str, tuple[StressMeasure, ...]]  #: By load case.
+    phase: IntArray  #: ``(n,)``. Index into `measures.PHASES`.
+    exclusion: ExclusionZone  #: Share of the solid that the exclusion radius leaves out.
+    yields: Yielding | None  #: Stress above the yield strength that no support disturbs.
+    masses_g: dict[str, float]  #: By phase, g.
+    volume: float  #: mm^3.
+    seconds: float  #: Of solving and measuring; without dividing the solid.
 
     @property
     def work(self) -> Mapping[str, float]:
@@ -109,10 +91,7 @@ def analyse_printed_solid(
 ) -> ExplicitResult:
     """Solve every load case of a printed solid and measure its stress.
 
-    Raises
-    ------
-    LatticeError, MeshError, ResourceError, SolverError
-        As the analysis does.
+    Raises `LatticeError`, `MeshError`, `ResourceError` or `SolverError` as the analysis does.
     """
     began = time.perf_counter()
     return measured(analysis.solve(solid, resolution, say), solid, began)

@@ -58,23 +58,13 @@ _VTK_ORDER = np.array(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FiniteCellFields:
-    """Solved displacements of a printed solid on finite cells.
-
-    Attributes
-    ----------
-    field : callable
-        Of the solid, negative inside.
-    parts : SolidParts
-        Whose centroids are the sample points.
-    bodies : int
-        Connected components of the solid.
-    """
+    """Solved displacements of a printed solid on finite cells."""
 
     result: FiniteCellResult
-    field: Field
+    field: Field  #: Of the solid, negative inside.
     division: Discretisation
-    parts: SolidParts
-    bodies: int
+    parts: SolidParts  #: Whose centroids are the sample points.
+    bodies: int  #: Connected components of the solid.
 
     @property
     def load_cases(self) -> tuple[str, ...]:

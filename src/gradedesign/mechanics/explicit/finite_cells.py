@@ -54,14 +54,10 @@ def solve_finite_cells(
 ) -> FiniteCellFields:
     """Divide a printed solid into finite cells and solve every load case on them.
 
-    Raises
-    ------
-    ResourceError
-        If no spacing that holds the solid fits the memory of the case.
-    LatticeError
-        If the solid falls apart or is not resolved, or a loaded or supported region carries none.
-    SolverError
-        If supports leave rigid motions free, or the iteration does not converge.
+    Raises `ResourceError` if no spacing that holds the solid fits the memory of the case,
+    `LatticeError` if the solid falls apart or is not resolved, or a loaded or supported region
+    carries none, and `SolverError` if supports leave rigid motions free, or the iteration does not
+    converge.
     """
     began = perf_counter()
     divided = divided_within_budget(solid, resolution, say)

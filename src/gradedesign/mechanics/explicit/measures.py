@@ -18,32 +18,15 @@ PHASES = ("lattice", "skin", "passive solid", "solid members")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StressMeasure:
-    """Von Mises stress in one phase of the printed solid.
+    """Von Mises stress in one phase of the printed solid."""
 
-    Attributes
-    ----------
-    phase : str
-        One of `PHASES`.
-    value : float, MPa
-        Volume percentile that is judged.
-    maximum : float, MPa
-        Largest Gauss-point value: grows with refinement, reported only.
-    share_above : float
-        Share of the phase's evaluated volume above the limit.
-    volume : float, mm^3
-        Evaluated volume.
-    worst_cell : float, MPa
-        Largest percentile of any single neighbourhood of one cell.
-    worst_cell_centre : (float, float, float), mm
-    """
-
-    phase: str
-    value: float
-    maximum: float
-    share_above: float
-    volume: float
-    worst_cell: float
-    worst_cell_centre: tuple[float, float, float]
+    phase: str  #: One of `PHASES`.
+    value: float  #: MPa. Volume percentile that is judged.
+    maximum: float  #: MPa. Largest Gauss-point value: grows with refinement, reported only.
+    share_above: float  #: Share of the phase's evaluated volume above the limit.
+    volume: float  #: mm^3. Evaluated volume.
+    worst_cell: float  #: MPa. Largest percentile of any single neighbourhood of one cell.
+    worst_cell_centre: tuple[float, float, float]  #: mm.
 
     @property
     def band(self) -> Banded | None:

@@ -19,20 +19,11 @@ _LEAST_NEIGHBOURHOOD = 0.2
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Neighbourhood:
-    """Elements that lie together.
+    """Elements that lie together."""
 
-    Attributes
-    ----------
-    members : (k,) int array
-        Elements.
-    centre : (float, float, float), mm
-    edge : float, mm
-        Of the cube about the centre that holds about one cell.
-    """
-
-    members: IntArray
-    centre: tuple[float, float, float]
-    edge: float
+    members: IntArray  #: ``(k,)``. Elements.
+    centre: tuple[float, float, float]  #: mm.
+    edge: float  #: mm. Of the cube about the centre that holds about one cell.
 
 
 def neighbourhood_cells(design: LatticeDesign) -> CellMap | float:

@@ -12,31 +12,17 @@ from gradedesign.arrays import BoolArray, Field, FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SupportZone:
-    """Neighbourhood of a support that makes stress singular.
+    """Neighbourhood of a support that makes stress singular."""
 
-    Attributes
-    ----------
-    region : str
-        That is held.
-    corners : (k, 3 corners, 3 coordinates) array, mm
-        Triangles of its singular faces or lines.
-    distance : callable
-        Distance to them, points ``(3, ...)`` mm to ``(...)`` mm.
-    radius : float, mm
-        Up to which stress is not judged.
-    disturbed : float, mm
-        Up to which the singularity reaches, `radius` at most: beyond it stress above yield is
-        always told.
-    whole : bool
-        Around faces, and not around lines of their border alone.
-    """
-
-    region: str
+    region: str  #: That is held.
+    #: ``(k, 3 corners, 3 coordinates)``, mm. Triangles of its singular faces or lines.
     corners: FloatArray
-    distance: Field
-    radius: float
+    distance: Field  #: Distance to them, points ``(3, ...)`` mm to ``(...)`` mm.
+    radius: float  #: mm. Up to which stress is not judged.
+    #: mm. Up to which the singularity reaches, `radius` at most: beyond it stress above yield is
+    #: always told.
     disturbed: float
-    whole: bool = True
+    whole: bool = True  #: Around faces, and not around lines of their border alone.
 
     @property
     def place(self) -> str:

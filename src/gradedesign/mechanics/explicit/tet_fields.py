@@ -29,25 +29,16 @@ from gradedesign.mechanics.material.material import Material
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TetFields:
-    """Solved displacements on the quadratic tetrahedra of a printed solid.
-
-    Attributes
-    ----------
-    solutions : dict of load case to Solution
-    thermal_strain : dict of load case to float
-    facets : dict of region to (k, 3) int array
-    work : dict of load case to float, N mm
-    mode_values : dict of any key to float
-        Natural frequencies, Hz, and load factors of the modes of the printed solid.
-    """
+    """Solved displacements on the quadratic tetrahedra of a printed solid."""
 
     space: TetSpace
     material: Material
-    solutions: Mapping[str, Solution]
-    thermal_strain: Mapping[str, float]
-    facets: Mapping[str, IntArray]
-    work: Mapping[str, float]
+    solutions: Mapping[str, Solution]  #: By load case.
+    thermal_strain: Mapping[str, float]  #: By load case.
+    facets: Mapping[str, IntArray]  #: By region, ``(k, 3)``.
+    work: Mapping[str, float]  #: By load case, N mm.
     division: Discretisation
+    #: Natural frequencies, Hz, and load factors of the modes of the printed solid.
     mode_values: Mapping[Hashable, float] = field(default_factory=dict)
 
     @property

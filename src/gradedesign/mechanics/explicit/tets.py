@@ -42,19 +42,15 @@ def solve_tets(
 ) -> TetFields:
     """Solve every load case of a printed solid on a mesh of it.
 
+    Raises `LatticeError` if a loaded or supported region carries no lattice, and `SolverError` if a
+    solve fails one of its checks.
+
     Parameters
     ----------
     division : Discretisation
         Of the mesh; its unknowns are counted here.
     tolerance : float, mm
         How far the mesh's surface may lie from a region of the part to count as that region.
-
-    Raises
-    ------
-    LatticeError
-        If a loaded or supported region carries no lattice.
-    SolverError
-        If a solve fails one of its checks.
     """
     material = solid.material
     report_step(f"supports and loads on {mesh.tets.shape[1]} tetrahedra")
@@ -96,10 +92,7 @@ def _facets_of_regions(
 ) -> dict[str, IntArray]:
     """Facets of every region on the surface of the mesh.
 
-    Raises
-    ------
-    LatticeError
-        If a region has no facets.
+    Raises `LatticeError` if a region has no facets.
     """
     by_region: dict[str, IntArray] = {}
     for name, region in regions.items():

@@ -12,24 +12,13 @@ from gradedesign.arrays import BoolArray, FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Yielding:
-    """Volume in which the elastic stress of a load case exceeds the yield strength.
-
-    Attributes
-    ----------
-    share : float
-        Of the volume that no singularity of a support reaches.
-    largest : float, MPa
-        Von Mises stress there.
-    place : (float, float, float), mm
-        Where it is found.
-    strength : float, MPa
-    """
+    """Volume in which the elastic stress of a load case exceeds the yield strength."""
 
     load_case: str
-    share: float
-    largest: float
-    place: tuple[float, float, float]
-    strength: float
+    share: float  #: Of the volume that no singularity of a support reaches.
+    largest: float  #: MPa. Von Mises stress there.
+    place: tuple[float, float, float]  #: mm. Where it is found.
+    strength: float  #: MPa.
 
 
 def yielding(

@@ -44,31 +44,20 @@ from gradedesign.mechanics.solver._multigrid_kernels import multiply
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AssemblyPattern:
-    """Sparsity pattern of the blocks of a space's stiffness.
-
-    Attributes
-    ----------
-    row : (n + 1,) int32 array
-        First block of every node's row.
-    column : (n_blocks,) int32 array
-        Node of every block, ascending within a row.
-    incidence : tuple of arrays
-        Elements at every node: start ``(n + 1,)``, element and local node.
-    """
+    """Sparsity pattern of the blocks of a space's stiffness."""
 
     space: TetSpace
-    row: NDArray[np.int32]
+    row: NDArray[np.int32]  #: ``(n + 1,)`` int32. First block of every node's row.
+    #: ``(n_blocks,)`` int32. Node of every block, ascending within a row.
     column: NDArray[np.int32]
+    #: Elements at every node: start ``(n + 1,)``, element and local node.
     incidence: tuple[IntArray, NDArray[np.int32], NDArray[np.int8]]
 
 
 def assembly_pattern(space: TetSpace) -> AssemblyPattern:
     """Find the sparsity pattern of a space.
 
-    Raises
-    ------
-    ResourceError
-        If the matrix has more blocks than 32-bit indices can count.
+    Raises `ResourceError` if the matrix has more blocks than 32-bit indices can count.
     """
     incidence = elements_of_nodes(space.elements, space.node_count)
     nodes = range(space.node_count)
@@ -90,15 +79,12 @@ def assembly_pattern(space: TetSpace) -> AssemblyPattern:
 def assemble(pattern: AssemblyPattern, stiffness: Stiffness) -> bsr_matrix:
     """Assemble the stiffness matrix, without supports.
 
+    Raises `SolverError` if `stiffness` is for another number of elements.
+
     Returns
     -------
     bsr_matrix
         ``(3 n, 3 n)`` with 3 by 3 blocks and sorted columns, N/mm.
-
-    Raises
-    ------
-    SolverError
-        If `stiffness` is for another number of elements.
     """
     space = pattern.space
     _require_matching(space, stiffness)

@@ -32,15 +32,12 @@ _WEDGED = 2.0
 def loaded_bore(region: Region, force: FloatArray) -> Bore:
     """The bore of a region that can carry a bearing load.
 
+    Raises `CaseError` if the region is not the wall of one bore, the force does not act square to
+    its axis, or some of the half that it presses on is missing.
+
     Parameters
     ----------
     force : (3,) array, N
-
-    Raises
-    ------
-    CaseError
-        If the region is not the wall of one bore, the force does not act square to its axis, or
-        some of the half that it presses on is missing.
     """
     bore = region.bore
     if bore is None:
@@ -73,7 +70,8 @@ def bearing_traction(
     """Traction of a bearing load, whose resultant square to the axis is exactly that of the load.
 
     The traction is ``max(m . n, 0) n`` with the unit radius n. The vector m along the peak solves
-    ``integral of it = force``; where the wall is even all around, it is along the force.
+    ``integral of it = force``; where the wall is even all around, it is along the force. Raises
+    `SolverError` if the points cannot carry the force.
 
     Parameters
     ----------
@@ -87,11 +85,6 @@ def bearing_traction(
     -------
     callable
         Of points ``(3, ...)`` in mm, in MPa.
-
-    Raises
-    ------
-    SolverError
-        If the points cannot carry the force.
     """
     radial = bore.radial(points.reshape(3, -1))
     weight = area.ravel()

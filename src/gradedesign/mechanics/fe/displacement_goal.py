@@ -15,14 +15,9 @@ _ByDisplacement: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DisplacementGoal:
-    """A value of the displacement of a region in one load case.
-
-    Attributes
-    ----------
-    by_displacement : callable
-        Derivative of the value by the displacements at points of the region.
-    """
+    """A value of the displacement of a region in one load case."""
 
     region: str
     load_case: str
+    #: Derivative of the value by the displacements at points of the region.
     by_displacement: _ByDisplacement

@@ -23,23 +23,16 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ElasticSystem:
-    """A space and its assembled stiffness, ready for load cases.
-
-    Attributes
-    ----------
-    matrix : bsr_matrix
-        Without supports.
-    prepared : dict
-        What solvers prepared, by their name and fixed components: later load cases find it here.
-    earlier : tuple of (3, N) arrays, mm
-        Displacements of similar problems: iterations start from their best combination.
-    """
+    """A space and its assembled stiffness, ready for load cases."""
 
     space: TetSpace
     stiffness: Stiffness
-    matrix: bsr_matrix
+    matrix: bsr_matrix  #: Without supports.
     solver: LinearSolver
+    #: What solvers prepared, by their name and fixed components: later load cases find it here.
     prepared: dict[tuple[str, bytes], Solve] = field(default_factory=dict, repr=False)
+    #: ``(3, N)``, mm. Displacements of similar problems: iterations start from their best
+    #: combination.
     earlier: tuple[FloatArray, ...] = ()
 
 
@@ -53,6 +46,9 @@ def prepare_elastic(
 ) -> ElasticSystem:
     """Assemble a stiffness once for all load cases to come.
 
+    Raises `SolverError` if a stiffness is not positive, and `ResourceError` if the space has more
+    unknowns than the solver takes.
+
     Parameters
     ----------
     solver : LinearSolver
@@ -61,13 +57,6 @@ def prepare_elastic(
         Of `space`, to save finding it again.
     earlier : sequence of (3, N) arrays, mm
         Displacements of similar problems, to start iterations from.
-
-    Raises
-    ------
-    SolverError
-        If a stiffness is not positive.
-    ResourceError
-        If the space has more unknowns than the solver takes.
     """
     start = time.perf_counter()
     _require_room(space, solver)

@@ -39,6 +39,8 @@ def evaluate(
 ) -> Solution:
     """Complete the answer of a solver.
 
+    Raises `SolverError` if the displacement holds NaN or infinity.
+
     Parameters
     ----------
     matrix : bsr_matrix
@@ -54,11 +56,6 @@ def evaluate(
     -------
     Solution
         Sound or not: see `defects`.
-
-    Raises
-    ------
-    SolverError
-        If the displacement holds NaN or infinity.
     """
     if not np.isfinite(x).all():
         raise SolverError(

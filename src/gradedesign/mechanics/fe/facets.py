@@ -46,6 +46,8 @@ def _keys(triples: IntArray, base: int) -> IntArray:
 def facet_owners(space: TetSpace, facets: ArrayLike) -> tuple[IntArray, IntArray, IntArray]:
     """Find the tetrahedron behind each facet.
 
+    Raises `SolverError` if there is no facet, or one is no face of any tetrahedron.
+
     Parameters
     ----------
     facets : (k, 3) int array
@@ -59,11 +61,6 @@ def facet_owners(space: TetSpace, facets: ArrayLike) -> tuple[IntArray, IntArray
         The local vertex opposite the facet, 0 to 3.
     sharing : (k,) int array
         How many tetrahedra have the facet: 1 on the boundary, 2 inside.
-
-    Raises
-    ------
-    SolverError
-        If there is no facet, or one is no face of any tetrahedron.
     """
     sought = _checked_facets(space, facets)
     used, compact = np.unique(sought, return_inverse=True)
@@ -102,6 +99,8 @@ def facet_owners(space: TetSpace, facets: ArrayLike) -> tuple[IntArray, IntArray
 def facet_nodes(space: TetSpace, facets: ArrayLike) -> IntArray:
     """Nodes of each facet, counter-clockwise seen from outside its tetrahedron.
 
+    Raises `SolverError` if there is no facet, or one is no face of any tetrahedron.
+
     Parameters
     ----------
     facets : (k, 3) int array
@@ -111,11 +110,6 @@ def facet_nodes(space: TetSpace, facets: ArrayLike) -> IntArray:
     -------
     (6, k) int array for quadratic elements, (3, k) for linear ones
         The corners a, b, c, then the middles of the edges ab, bc and ca.
-
-    Raises
-    ------
-    SolverError
-        If there is no facet, or one is no face of any tetrahedron.
     """
     owners, sides, _ = facet_owners(space, facets)
     local = _LOCAL_FACET_NODES if space.order == 2 else _LOCAL_FACETS
@@ -126,11 +120,7 @@ def outward_area_vectors(space: TetSpace, facets: ArrayLike) -> FloatArray:
     """Area times outward normal of boundary facets, ``(3, k)``, mm^2.
 
     The direction comes from the tetrahedron behind the facet, not from the order of its corners.
-
-    Raises
-    ------
-    SolverError
-        If a facet lies inside the mesh, where no side is outside.
+    Raises `SolverError` if a facet lies inside the mesh, where no side is outside.
     """
     owners, sides, sharing = facet_owners(space, facets)
     if (sharing > 1).any():

@@ -24,24 +24,12 @@ _NAMED_PIECES = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FreePiece:
-    """A connected piece of the mesh that can move without strain.
+    """A connected piece of the mesh that can move without strain."""
 
-    Attributes
-    ----------
-    number : int
-        Counted from 1, the largest piece first.
-    volume_share : float
-        Share of the volume of the mesh.
-    centroid : (3,) array, mm
-        Mean of its nodes.
-    modes : tuple of str
-        What it is free to do.
-    """
-
-    number: int
-    volume_share: float
-    centroid: FloatArray
-    modes: tuple[str, ...]
+    number: int  #: Counted from 1, the largest piece first.
+    volume_share: float  #: Share of the volume of the mesh.
+    centroid: FloatArray  #: ``(3,)``, mm. Mean of its nodes.
+    modes: tuple[str, ...]  #: What it is free to do.
 
 
 def connected_pieces(space: TetSpace) -> IntArray:
@@ -91,10 +79,7 @@ def free_pieces(space: TetSpace, fixed: BoolArray) -> tuple[FreePiece, ...]:
 def require_held(space: TetSpace, fixed: BoolArray, name: str) -> None:
     """Raise unless the supports hold every piece of the mesh.
 
-    Raises
-    ------
-    SolverError
-        Naming the load case, the pieces and the motions they are free to make.
+    Raises `SolverError` naming the load case, the pieces and the motions they are free to make.
     """
     free = free_pieces(space, fixed)
     if not free:

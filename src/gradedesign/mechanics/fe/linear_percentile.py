@@ -13,6 +13,8 @@ _RESOLVED = 1e-9
 def linear_percentile(values: FloatArray, volumes: FloatArray, percentile: float) -> float:
     """Value that the field does not exceed in a percentage of the volume.
 
+    Raises `ValueError` if shapes differ, a value is not finite, a volume is negative or all are 0.
+
     Parameters
     ----------
     values : (4, k) array
@@ -21,11 +23,6 @@ def linear_percentile(values: FloatArray, volumes: FloatArray, percentile: float
         Not negative; the volume of a tetrahedron, or the part of it that counts.
     percentile : float
         More than 0, at most 100.
-
-    Raises
-    ------
-    ValueError
-        If shapes differ, a value is not finite, a volume is negative or all are 0.
 
     Examples
     --------

@@ -74,22 +74,14 @@ class LoadCaseSpecification(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PartLoadCase:
-    """One load case on a discretised part.
-
-    Attributes
-    ----------
-    force : (3, N) array, N
-        Consistent nodal forces that do not depend on density.
-    acceleration : (3,) array, mm/s^2
-        Body acceleration; its force follows the mass of the design.
-    temperature_change : float, K
-    """
+    """One load case on a discretised part."""
 
     name: str
     supports: Supports
-    force: FloatArray
+    force: FloatArray  #: ``(3, N)``, N. Consistent nodal forces that do not depend on density.
+    #: ``(3,)``, mm/s^2. Body acceleration; its force follows the mass of the design.
     acceleration: FloatArray
-    temperature_change: float = 0.0
+    temperature_change: float = 0.0  #: K.
 
     def __post_init__(self) -> None:
         lock(self, force=(3, None))
@@ -104,6 +96,8 @@ def case_loads(
 ) -> tuple[PartLoadCase, ...]:
     """Supports and forces of every load case.
 
+    Raises `SolverError` if a resultant on the mesh misses the part's by more than 0.1 %.
+
     Parameters
     ----------
     load_cases : sequence of LoadCaseSpecification
@@ -112,11 +106,6 @@ def case_loads(
         On the solid part's surface: they define the resultants.
     facets : mapping of name to (k, 3) int array
         The same regions on the surface of the mesh.
-
-    Raises
-    ------
-    SolverError
-        If a resultant on the mesh misses the part's by more than 0.1 %.
     """
     return tuple(
         PartLoadCase(

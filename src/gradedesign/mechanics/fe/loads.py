@@ -49,6 +49,8 @@ WORST_CONDITION = 1e10
 def traction_force(space: TetSpace, facets: ArrayLike, traction: Traction) -> FloatArray:
     """Nodal forces of a traction on facets.
 
+    Raises `SolverError` if there is no facet, or one is no face of the mesh.
+
     Parameters
     ----------
     facets : (k, 3) int array
@@ -60,11 +62,6 @@ def traction_force(space: TetSpace, facets: ArrayLike, traction: Traction) -> Fl
     Returns
     -------
     (3, N) array, N
-
-    Raises
-    ------
-    SolverError
-        If there is no facet, or one is no face of the mesh.
     """
     nodes = facet_nodes(space, facets)
     area = facet_areas(space, facets)
@@ -83,6 +80,8 @@ def traction_force(space: TetSpace, facets: ArrayLike, traction: Traction) -> Fl
 def pressure_force(space: TetSpace, facets: ArrayLike, pressure: ArrayLike) -> FloatArray:
     """Nodal forces of a pressure, which pushes into the solid where it is positive.
 
+    Raises `SolverError` if there is no facet, or one lies inside the mesh.
+
     Parameters
     ----------
     facets : (k, 3) int array
@@ -92,11 +91,6 @@ def pressure_force(space: TetSpace, facets: ArrayLike, pressure: ArrayLike) -> F
     Returns
     -------
     (3, N) array, N
-
-    Raises
-    ------
-    SolverError
-        If there is no facet, or one lies inside the mesh.
     """
     outward = outward_area_vectors(space, facets)
     normal = outward / np.linalg.norm(outward, axis=0)
@@ -112,9 +106,10 @@ def resultant_load(
 ) -> FloatArray:
     """Nodal forces on facets with a given total.
 
-    Without a moment the traction is uniform, so the force acts through the centroid of the
-    facets. With one, the traction is ``a + b x (p - c)``, the distribution of a rigid stamp
-    on an elastic bed, and its resultant force and moment are the given ones.
+    Without a moment the traction is uniform, so the force acts through the centroid of the facets.
+    With one, the traction is ``a + b x (p - c)``, the distribution of a rigid stamp on an elastic
+    bed, and its resultant force and moment are the given ones. Raises `SolverError` if the facets
+    lie on a line, or have no area, and so cannot carry a moment.
 
     Parameters
     ----------
@@ -128,11 +123,6 @@ def resultant_load(
     Returns
     -------
     (3, N) array, N
-
-    Raises
-    ------
-    SolverError
-        If the facets lie on a line, or have no area, and so cannot carry a moment.
     """
     area = facet_areas(space, facets)
     wanted = np.asarray(force, dtype=np.float64)

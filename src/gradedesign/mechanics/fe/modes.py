@@ -47,20 +47,11 @@ _Product: TypeAlias = Callable[[FloatArray], FloatArray]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModeGoal:
-    """A value of a mode that an analysis is to find.
+    """A value of a mode that an analysis is to find."""
 
-    Attributes
-    ----------
-    load_case : str
-        Whose supports hold the part, and whose loads make it buckle.
-    number : int
-        Counted from 1, the lowest.
-    buckling : bool
-        The value is the factor of the loads at which the part buckles, else a natural frequency.
-    """
-
-    load_case: str
-    number: int
+    load_case: str  #: Whose supports hold the part, and whose loads make it buckle.
+    number: int  #: Counted from 1, the lowest.
+    #: The value is the factor of the loads at which the part buckles, else a natural frequency.
     buckling: bool = False
 
     @property
@@ -90,6 +81,8 @@ def natural_modes(
 ) -> Modes:
     """Lowest natural modes of a prepared system, shapes by ``3 * node + component``.
 
+    Raises `SolverError` if supports leave rigid motions free, or the iteration does not converge.
+
     Parameters
     ----------
     fixed : (3, N) bool array
@@ -101,11 +94,6 @@ def natural_modes(
         See `lowest_modes`.
     name : str
         Of the load case that holds the part.
-
-    Raises
-    ------
-    SolverError
-        If supports leave rigid motions free, or the iteration does not converge.
     """
     began = time.perf_counter()
     space = system.space
@@ -130,6 +118,9 @@ def buckling_modes(
 ) -> Modes:
     """Lowest modes in which a prepared system buckles; their values are factors of its loads.
 
+    Raises `SolverError` if supports leave rigid motions free, nothing is compressed, or the
+    iteration does not converge.
+
     Parameters
     ----------
     fixed : (3, N) bool array
@@ -141,12 +132,6 @@ def buckling_modes(
         See `lowest_modes`.
     name : str
         Of the load case.
-
-    Raises
-    ------
-    SolverError
-        If supports leave rigid motions free, nothing is compressed, or the iteration does not
-        converge.
     """
     began = time.perf_counter()
     geometric = geometric_stiffness(system.space, stress)
@@ -193,6 +178,8 @@ def found_modes(
 ) -> dict[Hashable, float]:
     """Natural frequencies, Hz, and load factors by the keys of goals.
 
+    Raises `SolverError` as `natural_modes` and `buckling_modes`.
+
     Parameters
     ----------
     held : mapping of load case to (3, N) bool array
@@ -200,11 +187,6 @@ def found_modes(
     masses : (M,) array, t
     stress : callable
         Load case to its stress at the Gauss points, ``(3, 3, M, 4)``, MPa.
-
-    Raises
-    ------
-    SolverError
-        As `natural_modes` and `buckling_modes`.
     """
     found: dict[Hashable, float] = {}
     for name, buckling in dict.fromkeys((g.load_case, g.buckling) for g in goals.values()):

@@ -55,19 +55,13 @@ COARSEST = 1500
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Level:
-    """One level of linear tets or aggregates, above the coarsest.
-
-    Attributes
-    ----------
-    prolong, restrict : BlockRows
-        From the next coarser level and to it.
-    coarse_keep : (n_coarse,) float32 array
-        As the smoother's, for the next coarser level.
-    """
+    """One level of linear tets or aggregates, above the coarsest."""
 
     smoother: Smoother
+    #: From the next coarser level and to it.
     prolong: BlockRows
     restrict: BlockRows
+    #: ``(n_coarse,)`` float32. As the smoother's, for the next coarser level.
     coarse_keep: SingleArray
 
     @property
@@ -78,21 +72,12 @@ class Level:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Hierarchy:
-    """Levels from fine to coarse, and the solver of the coarsest.
+    """Levels from fine to coarse, and the solver of the coarsest."""
 
-    Attributes
-    ----------
-    levels : tuple of QuadraticLevel or Level
-        The first may be quadratic.
-    coarsest : callable
-        Right-hand sides ``(k, n)`` to solutions on the coarsest level.
-    sizes : tuple of int
-        Unknowns per level, the coarsest included.
-    """
-
-    levels: tuple[QuadraticLevel | Level, ...]
+    levels: tuple[QuadraticLevel | Level, ...]  #: The first may be quadratic.
+    #: Right-hand sides ``(k, n)`` to solutions on the coarsest level.
     coarsest: Callable[[FloatArray], FloatArray]
-    sizes: tuple[int, ...]
+    sizes: tuple[int, ...]  #: Unknowns per level, the coarsest included.
 
 
 def build_hierarchy(

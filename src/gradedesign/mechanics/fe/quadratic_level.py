@@ -16,19 +16,13 @@ from gradedesign.mechanics.solver.sweeps import Sweeps, build_sweeps
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class QuadraticLevel:
-    """The level of quadratic tets, in an order of its own; the next one is of linear tets.
-
-    Attributes
-    ----------
-    ends : (2, n) int32 array
-        Vertices at the ends of the edge of every node, twice the same at a vertex.
-    coarse_keep : (n_coarse,) float32 array
-        0 on fixed unknowns of the next coarser level, 1 elsewhere.
-    """
+    """The level of quadratic tets, in an order of its own; the next one is of linear tets."""
 
     sweeps: Sweeps
+    #: ``(2, n)`` int32. Vertices at the ends of the edge of every node, twice the same at a vertex.
     ends: NDArray[np.int32]
     restrict: BlockRows
+    #: ``(n_coarse,)`` float32. 0 on fixed unknowns of the next coarser level, 1 elsewhere.
     coarse_keep: SingleArray
 
     @property

@@ -16,18 +16,13 @@ from gradedesign.mechanics.fe.stress import element_stress, nodal_average
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RecoveredStress:
-    """Stress at the nodes of a quadratic space, beside that of the elements.
-
-    Attributes
-    ----------
-    nodal : (3, 3, N) array, MPa
-        Linear in the eighths of every element, continuous throughout.
-    corners : (3, 3, M, 4) array, MPa
-        Of the displacements, at the vertices of every element and linear in it.
-    """
+    """Stress at the nodes of a quadratic space, beside that of the elements."""
 
     space: TetSpace
+    #: ``(3, 3, N)``, MPa. Linear in the eighths of every element, continuous throughout.
     nodal: FloatArray
+    #: ``(3, 3, M, 4)``, MPa. Of the displacements, at the vertices of every element and linear in
+    #: it.
     corners: FloatArray
 
     def __post_init__(self) -> None:
@@ -45,9 +40,10 @@ def recovered_stress(
 ) -> RecoveredStress:
     """Average at every node, edge middles included, the stress of the elements around it.
 
-    A linear stress is recovered exactly, at the surface too. Patches of least squares
-    (Zienkiewicz and Zhu, Int. J. Numer. Meth. Engng 33, 1992) and projections were no better:
-    docs/decisions/fe.md, "Stress of the solid part".
+    A linear stress is recovered exactly, at the surface too. Patches of least squares (Zienkiewicz
+    and Zhu, Int. J. Numer. Meth. Engng 33, 1992) and projections were no better:
+    docs/decisions/fe.md, "Stress of the solid part". Raises `SolverError` if stiffness or
+    displacement belong to another space.
 
     Parameters
     ----------
@@ -58,11 +54,6 @@ def recovered_stress(
     displacement : (3, N) array, mm
     thermal_strain : float, array or callable
         As in `element_stress`.
-
-    Raises
-    ------
-    SolverError
-        If stiffness or displacement belong to another space.
     """
     corners = element_stress(
         space, stiffness, displacement, thermal_strain=thermal_strain, at="vertices"

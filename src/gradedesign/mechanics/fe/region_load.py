@@ -74,12 +74,8 @@ def bearing_field(
 ) -> Callable[[FloatArray], FloatArray]:
     """Traction of a bearing load in N on a body that has points ``(3, ...)`` of a region.
 
-    Raises
-    ------
-    CaseError
-        If the region cannot carry the load.
-    SolverError
-        If the body's points cannot.
+    Raises `CaseError` if the region cannot carry the load, and `SolverError` if the body's points
+    cannot.
     """
     load = np.array(force)
     if not load.any():

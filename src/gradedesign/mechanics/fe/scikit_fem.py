@@ -43,10 +43,7 @@ MOST_UNKNOWNS = 30_000
 def assemble_scikit_fem(space: TetSpace, stiffness: Stiffness) -> spmatrix:
     """Stiffness matrix without supports, ``(3 N, 3 N)``, N/mm.
 
-    Raises
-    ------
-    SolverError
-        If scikit-fem numbers the nodes otherwise.
+    Raises `SolverError` if scikit-fem numbers the nodes otherwise.
     """
     from gradedesign.mechanics.fe.stiffness import IsotropicStiffness
 

@@ -31,22 +31,14 @@ _SAME = 1e-7
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SingularSupport:
-    """Part of a held region at which stress is singular.
-
-    Attributes
-    ----------
-    corners : (k, 3 corners, 3 coordinates) array, mm
-        Triangles of faces; lines of a border as triangles without area.
-    whole : bool
-        Faces of it, and not lines of its border alone.
-    area : float, mm^2
-        Of these faces.
-    """
+    """Part of a held region at which stress is singular."""
 
     region: str
+    #: ``(k, 3 corners, 3 coordinates)``, mm. Triangles of faces; lines of a border as triangles
+    #: without area.
     corners: FloatArray
-    whole: bool
-    area: float
+    whole: bool  #: Faces of it, and not lines of its border alone.
+    area: float  #: mm^2. Of these faces.
 
     def __post_init__(self) -> None:
         lock(self, corners=(None, 3, 3))
@@ -154,22 +146,12 @@ def _smooth_neighbours(surface: SurfaceMesh, step: float) -> _SmoothNeighbours:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _SmoothNeighbours:
-    """See `_smooth_neighbours`.
+    """See `_smooth_neighbours`."""
 
-    Attributes
-    ----------
-    corners : (m, 3, 3) array, mm
-    normals : (m, 3) array
-        Outward, of any length.
-    other : (m, 3) int array
-        Triangle beyond edges 01, 12, 20.
-    step : float, mm
-    """
-
-    corners: FloatArray
-    normals: FloatArray
-    other: IntArray
-    step: float
+    corners: FloatArray  #: ``(m, 3, 3)``, mm.
+    normals: FloatArray  #: ``(m, 3)``. Outward, of any length.
+    other: IntArray  #: ``(m, 3)``. Triangle beyond edges 01, 12, 20.
+    step: float  #: mm.
 
     def __call__(self, triangle: int, ends: FloatArray) -> bool:
         """Whether the part goes on smoothly beyond a line ``(2, 3)`` of a triangle."""

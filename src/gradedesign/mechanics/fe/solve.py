@@ -55,13 +55,9 @@ def solve_elastic(
 ) -> tuple[Solution, ...]:
     """Displacements, reactions and energy of every load case: `prepare_elastic`, `solve_cases`.
 
-    Raises
-    ------
-    SolverError
-        If supports leave rigid motions free, a stiffness is not positive, or the solver does not
-        reach a residual and balance of 1e-6.
-    ResourceError
-        If memory does not suffice, or the solver does not take as many unknowns.
+    Raises `SolverError` if supports leave rigid motions free, a stiffness is not positive, or the
+    solver does not reach a residual and balance of 1e-6, and `ResourceError` if memory does not
+    suffice, or the solver does not take as many unknowns.
     """
     _require_matching(space, cases, rtol)
     groups = _equal_supports(cases)
@@ -74,6 +70,9 @@ def solve_cases(
 ) -> tuple[Solution, ...]:
     """Displacements, reactions and energy of every load case on a prepared system.
 
+    Raises `SolverError` if supports leave rigid motions free, or the solver does not reach a
+    residual and balance of 1e-6, and `ResourceError` if memory does not suffice.
+
     Parameters
     ----------
     rtol : float
@@ -84,14 +83,6 @@ def solve_cases(
     -------
     tuple of Solution
         In the order of `cases`.
-
-    Raises
-    ------
-    SolverError
-        If supports leave rigid motions free, or the solver does not reach a residual and balance
-        of 1e-6.
-    ResourceError
-        If memory does not suffice.
     """
     _require_matching(system.space, cases, rtol)
     groups = _equal_supports(cases)

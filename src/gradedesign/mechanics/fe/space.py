@@ -27,21 +27,13 @@ _ElementArray = NDArray[np.int32]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TetSpace:
-    """A linear (order 1) or quadratic (order 2) space of displacements.
-
-    Attributes
-    ----------
-    order : int
-        1 or 2.
-    nodes : (3, n) array, mm
-        Vertices of the mesh, then for order 2 the midpoints of its edges.
-    elements : (4 or 10, m) int32 array
-        Nodes of every tet: vertices, then edges 01, 12, 02, 03, 13, 23.
-    """
+    """A linear (order 1) or quadratic (order 2) space of displacements."""
 
     mesh: TetMesh
-    order: int
+    order: int  #: 1 or 2.
+    #: ``(3, n)``, mm. Vertices of the mesh, then for order 2 the midpoints of its edges.
     nodes: FloatArray
+    #: ``(4 or 10, m)`` int32. Nodes of every tet: vertices, then edges 01, 12, 02, 03, 13, 23.
     elements: _ElementArray
 
     def __post_init__(self) -> None:
@@ -70,16 +62,14 @@ class TetSpace:
 def tet_space(mesh: TetMesh, order: int = 2) -> TetSpace:
     """Build the space of a mesh.
 
+    Raises `MeshError` if the mesh is empty, holds a tet without positive volume, or a vertex of no
+    tet.
+
     Parameters
     ----------
     order : int
         1 for linear, 2 for quadratic displacements. Linear ones are 20-50 % too stiff in bending
         and serve for comparison only.
-
-    Raises
-    ------
-    MeshError
-        If the mesh is empty, holds a tet without positive volume, or a vertex of no tet.
     """
     _require_usable(mesh)
     tets = mesh.tets.astype(np.int32)

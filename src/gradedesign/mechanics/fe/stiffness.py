@@ -68,14 +68,10 @@ class AnisotropicStiffness:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GaussStiffness:
-    """One full stiffness matrix at each of the four Gauss points of every element.
+    """One full stiffness matrix at each of the four Gauss points of every element."""
 
-    Attributes
-    ----------
-    C : (6, 6, 4, m) array, MPa
-        Symmetric in its first two axes; points as in `gradedesign.mechanics.fe.element_points`.
-    """
-
+    #: ``(6, 6, 4, m)``, MPa. Symmetric in its first two axes; points as in
+    #: `gradedesign.mechanics.fe.element_points`.
     C: FloatArray
 
     def __post_init__(self) -> None:
@@ -89,14 +85,10 @@ class MomentStiffness:
 
     Strain is linear in a straight-sided quadratic tetrahedron, so that energy depends on the
     stiffness by its means with the products of two barycentric coordinates only.
-
-    Attributes
-    ----------
-    C : (6, 6, 10, m) array, MPa
-        Means over the element of the stiffness times the coordinates of each of `PAIRS`. Each is
-        symmetric, and positive definite where the stiffness is.
     """
 
+    #: ``(6, 6, 10, m)``, MPa. Means over the element of the stiffness times the coordinates of each
+    #: of `PAIRS`. Each is symmetric, and positive definite where the stiffness is.
     C: FloatArray
 
     def __post_init__(self) -> None:
@@ -195,10 +187,7 @@ def known_at(
 ) -> IsotropicStiffness | AnisotropicStiffness | GaussStiffness:
     """Return the stiffness if it has values at the points ``at``; raise otherwise.
 
-    Raises
-    ------
-    SolverError
-        For a `MomentStiffness`, and for a `GaussStiffness` at vertices.
+    Raises `SolverError` for a `MomentStiffness`, and for a `GaussStiffness` at vertices.
     """
     if isinstance(stiffness, MomentStiffness):
         raise SolverError(
@@ -216,11 +205,8 @@ def known_at(
 def require_positive(stiffness: Stiffness) -> None:
     """Raise unless the stiffness of every element (every moment of it) is positive definite.
 
-    Raises
-    ------
-    SolverError
-        If a modulus is not positive or a matrix not positive definite. Moments are positive
-        definite where the stiffness is; the reverse holds for their means only.
+    Raises `SolverError` if a modulus is not positive or a matrix not positive definite. Moments are
+    positive definite where the stiffness is; the reverse holds for their means only.
     """
     if isinstance(stiffness, IsotropicStiffness):
         bad = np.flatnonzero(~(stiffness.E > 0.0))

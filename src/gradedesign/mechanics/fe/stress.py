@@ -39,6 +39,8 @@ def element_stress(
 ) -> FloatArray:
     """Stress tensors at four points of every element.
 
+    Raises `SolverError` if stiffness or displacement belong to another space.
+
     Parameters
     ----------
     displacement : (3, N) array, mm
@@ -50,11 +52,6 @@ def element_stress(
     Returns
     -------
     (3, 3, M, 4) array, MPa
-
-    Raises
-    ------
-    SolverError
-        If stiffness or displacement belong to another space.
     """
     voigt = _evaluated(space, stiffness, displacement, thermal_strain, at, von_mises_only=False)
     return voigt[VOIGT]
@@ -124,7 +121,8 @@ def weighted_percentile(values: ArrayLike, weights: ArrayLike, percentile: float
 
     No interpolation: the answer is one of the values, the smallest ``v`` for which
     ``sum(weights[values <= v]) >= percentile / 100 * sum(weights)``. Values of weight 0 do not
-    count, and splitting a sample in two of half its weight changes nothing.
+    count, and splitting a sample in two of half its weight changes nothing. Raises `ValueError` if
+    shapes differ, a value is NaN, a weight is negative or all are 0.
 
     Parameters
     ----------
@@ -133,11 +131,6 @@ def weighted_percentile(values: ArrayLike, weights: ArrayLike, percentile: float
         Of the same shape, not negative; volumes for a volume percentile.
     percentile : float
         More than 0, at most 100.
-
-    Raises
-    ------
-    ValueError
-        If shapes differ, a value is NaN, a weight is negative or all are 0.
 
     Examples
     --------

@@ -32,22 +32,13 @@ EIGHTHS = np.array(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StressPercentile:
-    """Von Mises stress of a recovered field, MPa.
+    """Von Mises stress of a recovered field, MPa."""
 
-    Attributes
-    ----------
-    value : float
-        Percentile by volume.
-    largest : float
-        At a node.
-    deviation : float
-        Mean difference between the stress of the elements and the recovered one, as a von Mises
-        stress, where `value` is reached: it falls with the error of both (Zienkiewicz and Zhu,
-        Int. J. Numer. Meth. Engng 24, 1987).
-    """
-
-    value: float
-    largest: float
+    value: float  #: Percentile by volume.
+    largest: float  #: At a node.
+    #: Mean difference between the stress of the elements and the recovered one, as a von Mises
+    #: stress, where `value` is reached: it falls with the error of both (Zienkiewicz and Zhu, Int.
+    #: J. Numer. Meth. Engng 24, 1987).
     deviation: float
 
 

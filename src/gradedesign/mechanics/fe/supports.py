@@ -23,17 +23,10 @@ _AGREEMENT = 1e-12
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Supports:
-    """Prescribed displacement components of a space with N nodes.
+    """Prescribed displacement components of a space with N nodes."""
 
-    Attributes
-    ----------
-    fixed : (3, N) bool array
-        True where the component is prescribed.
-    value : (3, N) array, mm
-        The prescribed displacement; 0 where nothing is prescribed.
-    """
-
-    fixed: BoolArray
+    fixed: BoolArray  #: ``(3, N)``. True where the component is prescribed.
+    #: ``(3, N)``, mm. The prescribed displacement; 0 where nothing is prescribed.
     value: FloatArray
 
     def __post_init__(self) -> None:
@@ -55,15 +48,12 @@ def disagrees(one: ArrayLike, other: ArrayLike) -> BoolArray:
 def supports_at(space: TetSpace, prescribed: Iterable[tuple[ArrayLike, Displacement]]) -> Supports:
     """Prescribe the displacement of sets of nodes.
 
+    Raises `CaseError` if two entries ask for different displacements of the same node.
+
     Parameters
     ----------
     prescribed : iterable of (nodes, displacement)
         Node indices ``(k,)`` and the displacement in x, y, z, mm; ``None`` is free.
-
-    Raises
-    ------
-    CaseError
-        If two entries ask for different displacements of the same node.
     """
     shape = space.nodes.shape
     fixed = np.zeros(shape, dtype=bool)
@@ -82,17 +72,13 @@ def supports_at(space: TetSpace, prescribed: Iterable[tuple[ArrayLike, Displacem
 def supports_on(space: TetSpace, prescribed: Iterable[tuple[ArrayLike, Displacement]]) -> Supports:
     """Prescribe the displacement of all nodes, edge middles included, of sets of facets.
 
+    Raises `CaseError` if two entries ask for different displacements of the same node, and
+    `SolverError` if a set is empty or holds something that is no face of the mesh.
+
     Parameters
     ----------
     prescribed : iterable of (facets, displacement)
         Vertex indices ``(k, 3)`` and the displacement in x, y, z, mm; ``None`` is free.
-
-    Raises
-    ------
-    CaseError
-        If two entries ask for different displacements of the same node.
-    SolverError
-        If a set is empty or holds something that is no face of the mesh.
 
     Examples
     --------

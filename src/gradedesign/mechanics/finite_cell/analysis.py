@@ -27,12 +27,8 @@ def brick_grid(problem: CutProblem, spacing: float) -> Grid:
 def divide(problem: CutProblem, spacing: float) -> tuple[Elements, BrickSpace]:
     """Elements of a spacing, mm, and their nodes: all that the memory of a solve depends on.
 
-    They are twice as large where the problem's grading allows.
-
-    Raises
-    ------
-    LatticeError
-        If nothing is solid, or the solid falls apart.
+    They are twice as large where the problem's grading allows. Raises `LatticeError` if nothing is
+    solid, or the solid falls apart.
     """
     if problem.grading is not None:
         planes = (*problem.planes, *region_planes(problem.regions))
@@ -51,21 +47,16 @@ def solve_divided(
 ) -> FiniteCellResult:
     """Solve every load case on given elements.
 
+    Raises `CaseError` if supports contradict each other, `LatticeError` if no solid reaches a
+    region, and `SolverError` if supports leave rigid motions free, or the iteration does not
+    converge.
+
     Parameters
     ----------
     elements, space
         As `divide` makes them, of a spacing of 1.4 walls or less for 2 % in displacement.
     start : FiniteCellResult, optional
         Of a similar solid: its displacements are where the iteration starts.
-
-    Raises
-    ------
-    CaseError
-        If supports contradict each other.
-    LatticeError
-        If no solid reaches a region.
-    SolverError
-        If supports leave rigid motions free, or the iteration does not converge.
 
     References
     ----------

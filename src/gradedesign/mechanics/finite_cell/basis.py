@@ -19,17 +19,12 @@ CUT_POINTS = 5
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Line:
-    """Gauss points of an edge with the three quadratic shape functions there.
+    """Gauss points of an edge with the three quadratic shape functions there."""
 
-    Attributes
-    ----------
-    points, weights : (q,) array
-    shapes, slopes : (q, 3) array
-        Values and derivatives of the functions of the nodes at 0, 1/2 and 1.
-    """
-
+    #: ``(q,)``.
     points: FloatArray
     weights: FloatArray
+    #: ``(q, 3)``. Values and derivatives of the functions of the nodes at 0, 1/2 and 1.
     shapes: FloatArray
     slopes: FloatArray
 

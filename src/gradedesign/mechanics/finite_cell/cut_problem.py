@@ -20,41 +20,27 @@ from gradedesign.mechanics.material.material import Material
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CutProblem:
-    """A solid with its loads and supports.
+    """A solid with its loads and supports."""
 
-    Attributes
-    ----------
-    field : callable
-        Points ``(3, ...)`` in mm to values ``(...)``, negative inside the solid.
-    lower, upper : (3,) array, mm
-        Box of the part; the solid ends at its faces.
-    regions : mapping of name to Region
-        Of the part's surface; every one named in a load case, and others to measure on.
-    planes : tuple of Plane
-        Plane faces inside the box to lay grid planes on, such as those of passive solids; the
-        plane regions are added.
-    bodies : int
-        Connected components that belong to the solid.
-    grading : callable, optional
-        Points ``(3, m)`` to how much larger than the spacing elements may be there, ``(m,)``: 2
-        where walls are twice as thick as the thinnest.
-    goals : mapping of any key to DisplacementGoal
-        Values whose own error is estimated, see `CaseSolution.goals`; each costs the solution of
-        its dual. Only on elements of one size.
-    modes : mapping of any key to ModeGoal
-        Natural frequencies and load factors to find, see `CaseSolution.modes`.
-    """
-
-    field: Field
+    field: Field  #: Points ``(3, ...)`` in mm to values ``(...)``, negative inside the solid.
+    #: ``(3,)``, mm. Box of the part; the solid ends at its faces.
     lower: FloatArray
     upper: FloatArray
     cases: tuple[LoadCaseSpecification, ...]
+    #: By name. Of the part's surface; every one named in a load case, and others to measure on.
     regions: Mapping[str, Region]
     material: Material
+    #: Plane faces inside the box to lay grid planes on, such as those of passive solids; the plane
+    #: regions are added.
     planes: tuple[Plane, ...] = ()
-    bodies: int = 1
+    bodies: int = 1  #: Connected components that belong to the solid.
+    #: Points ``(3, m)`` to how much larger than the spacing elements may be there, ``(m,)``: 2
+    #: where walls are twice as thick as the thinnest.
     grading: Field | None = None
+    #: Values whose own error is estimated, see `CaseSolution.goals`; each costs the solution of its
+    #: dual. Only on elements of one size.
     goals: Mapping[Hashable, DisplacementGoal] = dataclass_field(default_factory=dict)
+    #: Natural frequencies and load factors to find, see `CaseSolution.modes`.
     modes: Mapping[Hashable, ModeGoal] = dataclass_field(default_factory=dict)
 
     def __post_init__(self) -> None:

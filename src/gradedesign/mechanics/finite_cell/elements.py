@@ -67,49 +67,32 @@ class Elements:
 
     Elements of one colour share no node: there are eight colours for every size, and as many more
     for every further element that a brick holds.
-
-    Attributes
-    ----------
-    grid : Grid
-        Of the smallest elements.
-    position : (n, 3) int32 array
-        Place of each element's lower corner in the grid.
-    size : (n,) int8 array
-        Edge of each element in bricks of the grid: 1, or 2 for those of a locally refined grid
-        that stay coarse; their positions are even.
-    whole : int
-        Number of whole elements.
-    copy : (n,) int8 array
-        Number of each element among those of its brick.
-    faces : (n, 6) int64 array
-        Where the solid reaches the faces 2 axis + side: a bit for every corner of a sub-cell.
-        Neighbours share the nodes of their face where they have a bit in common.
-    colours : (2, c + 1) int array
-        First element of each colour, of whole and of cut elements.
-    weights : (n - whole, 125) array
-        Of the solid at the Gauss points of cut elements, over the element's volume.
-    share : (n - whole, 64) float32 array
-        Solid volume of each sub-cell of cut elements, over the element's volume.
-    centre : (n - whole, 64, 3) float16 array
-        Its centroid, reference coordinates; rounded to 1/4096 of the element's edge at most.
-    dropped : int
-        Disconnected components left out.
-    dropped_share : float
-        Their share of the volume.
     """
 
-    grid: Grid
+    grid: Grid  #: Of the smallest elements.
+    #: ``(n, 3)`` int32. Place of each element's lower corner in the grid.
     position: NDArray[np.int32]
+    #: ``(n,)`` int8. Edge of each element in bricks of the grid: 1, or 2 for those of a locally
+    #: refined grid that stay coarse; their positions are even.
     size: NDArray[np.int8]
-    whole: int
-    copy: NDArray[np.int8]
+    whole: int  #: Number of whole elements.
+    copy: NDArray[np.int8]  #: ``(n,)`` int8. Number of each element among those of its brick.
+    #: ``(n, 6)`` int64. Where the solid reaches the faces 2 axis + side: a bit for every corner of
+    #: a sub-cell. Neighbours share the nodes of their face where they have a bit in common.
     faces: IntArray
+    #: ``(2, c + 1)``. First element of each colour, of whole and of cut elements.
     colours: IntArray
+    #: ``(n - whole, 125)``. Of the solid at the Gauss points of cut elements, over the element's
+    #: volume.
     weights: FloatArray
+    #: ``(n - whole, 64)`` float32. Solid volume of each sub-cell of cut elements, over the
+    #: element's volume.
     share: NDArray[np.float32]
+    #: ``(n - whole, 64, 3)`` float16. Its centroid, reference coordinates; rounded to 1/4096 of the
+    #: element's edge at most.
     centre: NDArray[np.float16]
-    dropped: int
-    dropped_share: float
+    dropped: int  #: Disconnected components left out.
+    dropped_share: float  #: Their share of the volume.
 
 
 def solid_fraction(elements: Elements) -> FloatArray:
@@ -130,6 +113,8 @@ def element_volumes(elements: Elements) -> FloatArray:
 def refined_elements(field: Field, grid: Grid, coarse: BoolArray) -> Elements:
     """Elements of a locally refined grid, disconnected components among them.
 
+    Raises `LatticeError` if nothing is solid, or the field is not finite.
+
     Parameters
     ----------
     field : callable
@@ -138,11 +123,6 @@ def refined_elements(field: Field, grid: Grid, coarse: BoolArray) -> Elements:
         Of the small elements, of even shape.
     coarse : (nx / 2, ny / 2, nz / 2) bool array
         Blocks of eight bricks that are one element each.
-
-    Raises
-    ------
-    LatticeError
-        If nothing is solid, or the field is not finite.
     """
     half = Grid(
         lower=grid.lower,
@@ -163,7 +143,8 @@ def refined_elements(field: Field, grid: Grid, coarse: BoolArray) -> Elements:
 def cut_elements(field: Field, grid: Grid, *, bodies: int = 1) -> Elements:
     """Find the elements that hold solid, and integrate over the solid of the cut ones.
 
-    The solid ends at the limits of the grid.
+    The solid ends at the limits of the grid. Raises `LatticeError` if nothing is solid, the field
+    is not finite, or disconnected components hold more than 1 %.
 
     Parameters
     ----------
@@ -171,12 +152,6 @@ def cut_elements(field: Field, grid: Grid, *, bodies: int = 1) -> Elements:
         Points ``(3, ...)`` in mm to values ``(...)``, negative inside.
     bodies : int
         Connected components to keep, the largest first.
-
-    Raises
-    ------
-    LatticeError
-        If nothing is solid, the field is not finite, or disconnected
-        components hold more than 1 %.
     """
     subcells = SUBCELLS
     start = time.perf_counter()

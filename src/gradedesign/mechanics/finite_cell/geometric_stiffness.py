@@ -37,16 +37,11 @@ _ROWS, _COLUMNS = np.triu_indices(27)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GeometricStiffness:
-    """Element matrices of one load case.
-
-    Attributes
-    ----------
-    blocks : (n, 27, 27) float32 array, N/mm
-    """
+    """Element matrices of one load case."""
 
     elements: Elements
     space: BrickSpace
-    blocks: NDArray[np.float32]
+    blocks: NDArray[np.float32]  #: ``(n, 27, 27)`` float32, N/mm.
 
 
 def geometric_stiffness(

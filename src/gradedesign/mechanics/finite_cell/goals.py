@@ -37,20 +37,11 @@ EVERY = (True, True, True)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Dual:
-    """Displacements that the forces of a goal cause.
+    """Displacements that the forces of a goal cause."""
 
-    Attributes
-    ----------
-    u : (N, 3) array, mm
-    drawn : SurfacePoints
-        Where these forces act.
-    traction : (3, k) array, MPa
-        With which they act there.
-    """
-
-    u: FloatArray
-    drawn: SurfacePoints
-    traction: FloatArray
+    u: FloatArray  #: ``(N, 3)``, mm.
+    drawn: SurfacePoints  #: Where these forces act.
+    traction: FloatArray  #: ``(3, k)``, MPa. With which they act there.
 
 
 def goal_force(

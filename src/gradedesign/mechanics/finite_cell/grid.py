@@ -20,39 +20,21 @@ FINER = 1.3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plane:
-    """A plane face across an axis, to lay a grid plane on.
-
-    Attributes
-    ----------
-    place : float, mm
-    area : float, mm^2
-        Its weight: the largest area of faces is met first.
-    """
+    """A plane face across an axis, to lay a grid plane on."""
 
     axis: int
-    place: float
-    area: float = 1.0
+    place: float  #: mm.
+    area: float = 1.0  #: mm^2. Its weight: the largest area of faces is met first.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Grid:
-    """Equal bricks in a box.
+    """Equal bricks in a box."""
 
-    Attributes
-    ----------
-    lower : (3,) array, mm
-    edges : (3,) array, mm
-        Of one brick.
-    shape : (3,) ints
-        Bricks along x, y and z.
-    missed : tuple of Plane
-        Plane faces that lie between grid planes.
-    """
-
-    lower: FloatArray
-    edges: FloatArray
-    shape: tuple[int, int, int]
-    missed: tuple[Plane, ...] = ()
+    lower: FloatArray  #: ``(3,)``, mm.
+    edges: FloatArray  #: ``(3,)``, mm. Of one brick.
+    shape: tuple[int, int, int]  #: (3,) ints. Bricks along x, y and z.
+    missed: tuple[Plane, ...] = ()  #: Plane faces that lie between grid planes.
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lower", locked(self.lower, (3,), name="lower"))
@@ -69,7 +51,8 @@ def fit_grid(
 ) -> Grid:
     """Grid over a box, no coarser than a spacing, with as many plane faces on it as possible.
 
-    The box's own faces always lie on it, so bricks may differ a little from cubes.
+    The box's own faces always lie on it, so bricks may differ a little from cubes. Raises
+    `CaseError` if the box is empty or the spacing not positive.
 
     Parameters
     ----------
@@ -78,11 +61,6 @@ def fit_grid(
         Largest edge of a brick.
     multiple : int
         Of which the number of bricks along each axis is one.
-
-    Raises
-    ------
-    CaseError
-        If the box is empty or the spacing not positive.
     """
     low, high = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
     extent = high - low

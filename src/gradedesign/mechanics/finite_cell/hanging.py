@@ -26,21 +26,12 @@ from gradedesign.mechanics.finite_cell.elements import Elements
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Hanging:
-    """Nodes whose displacement follows from free ones; they are the last of all.
+    """Nodes whose displacement follows from free ones; they are the last of all."""
 
-    Attributes
-    ----------
-    values : (h, N - h) sparse matrix
-        Values at hanging nodes from those at free ones.
-    spread : (N - h, h) sparse matrix
-        Its transpose.
-    owner : (h,) int array
-        A large element that holds each.
-    """
-
+    #: (h, N - h) sparse matrix. Values at hanging nodes from those at free ones.
     values: csr_matrix
-    spread: csr_matrix
-    owner: IntArray
+    spread: csr_matrix  #: (N - h, h) sparse matrix. Its transpose.
+    owner: IntArray  #: ``(h,)``. A large element that holds each.
 
 
 def hanging_nodes(
@@ -111,22 +102,15 @@ def single_hanging(hanging: Hanging | None) -> Hanging | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FreeNodes:
-    """Free nodes of every element, and the values at its own nodes from theirs.
+    """Free nodes of every element, and the values at its own nodes from theirs."""
 
-    Attributes
-    ----------
-    nodes : (n, q) int32 array
-    kind : (n,) int array
-        0 where no node hangs.
-    tables : (k, q, q) array
-        Of every kind: values at the nodes of the element from those at its free nodes.
-    far : (k, q, 3) int8 array
-        Where the free nodes lie, in halves of the element's edges from its lower corner.
-    """
-
-    nodes: NDArray[np.int32]
-    kind: IntArray
+    nodes: NDArray[np.int32]  #: ``(n, q)`` int32.
+    kind: IntArray  #: ``(n,)``. 0 where no node hangs.
+    #: ``(k, q, q)``. Of every kind: values at the nodes of the element from those at its free
+    #: nodes.
     tables: FloatArray
+    #: ``(k, q, 3)`` int8. Where the free nodes lie, in halves of the element's edges from its lower
+    #: corner.
     far: NDArray[np.int8]
 
 

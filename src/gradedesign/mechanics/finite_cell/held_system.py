@@ -17,20 +17,12 @@ from gradedesign.mechanics.finite_cell.surface import SurfacePoints
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class HeldSystem:
-    """Set-up that load cases with equal supports, and modes, share.
-
-    Attributes
-    ----------
-    places : mapping of name to SurfacePoints
-    keep : (N, 3) float32 array
-        1 for unknowns, 0 for what is held or hangs.
-    precondition : callable
-        Sets its second argument to the correction for a residual.
-    """
+    """Set-up that load cases with equal supports, and modes, share."""
 
     elements: Elements
     space: BrickSpace
-    places: Mapping[str, SurfacePoints]
+    places: Mapping[str, SurfacePoints]  #: By name.
     stiffness: Operator
-    keep: NDArray[np.float32]
+    keep: NDArray[np.float32]  #: ``(N, 3)`` float32. 1 for unknowns, 0 for what is held or hangs.
+    #: Sets its second argument to the correction for a residual.
     precondition: Callable[[FloatArray, FloatArray], None]

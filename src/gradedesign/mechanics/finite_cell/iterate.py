@@ -18,21 +18,13 @@ _LEAST_DELAY = 8
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Iterate:
-    """Last state of an iteration.
+    """Last state of an iteration."""
 
-    Attributes
-    ----------
-    u : (N, 3) array, mm
-    residual : float
-        True residual over the right-hand side.
-    error : float
-        Estimated error in the energy norm over that of the solution; 0 where the iteration ended
-        by its residual before there was an estimate.
-    """
-
-    u: FloatArray
+    u: FloatArray  #: ``(N, 3)``, mm.
     iterations: int
-    residual: float
+    residual: float  #: True residual over the right-hand side.
+    #: Estimated error in the energy norm over that of the solution; 0 where the iteration ended by
+    #: its residual before there was an estimate.
     error: float
 
 

@@ -57,23 +57,15 @@ _SIMILAR = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Accuracy:
-    """Tolerance to which the equations are solved.
+    """Tolerance to which the equations are solved."""
 
-    Attributes
-    ----------
-    softness : float
-        Stiffness of the void in cut elements over that of the solid. The stiffness comes out too
-        high by about this times the ratio of void to solid in the cut elements, weighted with
-        how much the void is strained: see docs/finite-cells.md for what was measured.
-    residual : float
-        At which the iteration stops.
-    energy : float
-        Error in the energy norm, over that of the solution, at which it stops as well; 0 where the
-        residual alone decides.
-    """
-
+    #: Stiffness of the void in cut elements over that of the solid. The stiffness comes out too
+    #: high by about this times the ratio of void to solid in the cut elements, weighted with how
+    #: much the void is strained: see docs/finite-cells.md for what was measured.
     softness: float = _SOFTNESS
-    residual: float = _RESIDUAL
+    residual: float = _RESIDUAL  #: At which the iteration stops.
+    #: Error in the energy norm, over that of the solution, at which it stops as well; 0 where the
+    #: residual alone decides.
     energy: float = _ENERGY
 
 

@@ -40,11 +40,7 @@ def case_force(
     """Nodal forces of loads and acceleration of one load case, ``(N, 3)``, N.
 
     Every load on a region has exactly the resultant force and moment that it has on the part.
-
-    Raises
-    ------
-    SolverError
-        If the solid on a region lies on a line and cannot carry a moment.
+    Raises `SolverError` if the solid on a region lies on a line and cannot carry a moment.
     """
     force = np.zeros((len(space.place), 3))
     for load in case.load:

@@ -39,6 +39,8 @@ def natural_modes(
 ) -> Modes:
     """Lowest natural modes of a solid that is held; shapes are ``(N, 3)`` arrays, flat.
 
+    Raises `SolverError` if the iteration does not converge.
+
     Parameters
     ----------
     density : float, t/mm^3
@@ -47,11 +49,6 @@ def natural_modes(
         Displacements of load cases of the same supports, to start from.
     name : str
         Of the load case that holds the solid.
-
-    Raises
-    ------
-    SolverError
-        If the iteration does not converge.
     """
     began = time.perf_counter()
     problem = _problem(
@@ -76,6 +73,8 @@ def buckling_modes(
 ) -> Modes:
     """The mode in which a solid buckles first; its value is the factor of its loads.
 
+    Raises `SolverError` if nothing is compressed, or the iteration does not converge.
+
     Parameters
     ----------
     stressed : ((N, 3) array, float), mm
@@ -85,11 +84,6 @@ def buckling_modes(
         To start from.
     name : str
         Of the load case.
-
-    Raises
-    ------
-    SolverError
-        If nothing is compressed, or the iteration does not converge.
     """
     began = time.perf_counter()
     geometric = geometric_stiffness(system.elements, system.space, stressed[0], lame, stressed[1])

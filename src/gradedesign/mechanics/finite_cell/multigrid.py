@@ -66,30 +66,18 @@ _ROWS_A_THREAD = 16384
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Preconditioner:
-    """Matrices, levels and patches of one multigrid cycle.
+    """Matrices, levels and patches of one multigrid cycle."""
 
-    Attributes
-    ----------
-    operator : Operator
-        In single precision.
-    keep : (N, 3) float32 array
-    inverse : (N, 3, 3) float32 array
-        Inverted diagonal blocks; zero for fixed components and weak nodes.
-    largest : float
-        Largest eigenvalue of the smoother times the operator.
-    prolong, restrict : BlockRows
-        From the linear level and to it.
-    coarse_keep : (3 n,) float32 array
-    """
-
-    operator: Operator
-    keep: NDArray[np.float32]
+    operator: Operator  #: In single precision.
+    keep: NDArray[np.float32]  #: ``(N, 3)`` float32.
+    #: ``(N, 3, 3)`` float32. Inverted diagonal blocks; zero for fixed components and weak nodes.
     inverse: NDArray[np.float32]
     patches: Patches | None
-    largest: float
+    largest: float  #: Largest eigenvalue of the smoother times the operator.
+    #: From the linear level and to it.
     prolong: BlockRows
     restrict: BlockRows
-    coarse_keep: NDArray[np.float32]
+    coarse_keep: NDArray[np.float32]  #: ``(3 n,)`` float32.
     coarse: Hierarchy
 
 

@@ -25,42 +25,23 @@ from gradedesign.mechanics.finite_cell.space import BrickSpace
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Springs:
-    """Dense matrices that weak supports add to some elements.
+    """Dense matrices that weak supports add to some elements."""
 
-    Attributes
-    ----------
-    element : (k,) int array
-        By colour.
-    colours : (c + 1,) int array
-        First of each colour.
-    blocks : (k, 81, 81) array, N/mm
-    """
-
-    element: IntArray
-    colours: IntArray
-    blocks: NDArray[Any]
+    element: IntArray  #: ``(k,)``. By colour.
+    colours: IntArray  #: ``(c + 1,)``. First of each colour.
+    blocks: NDArray[Any]  #: ``(k, 81, 81)``, N/mm.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Operator:
-    """Arrays of a product with the stiffness, in one precision.
+    """Arrays of a product with the stiffness, in one precision."""
 
-    Attributes
-    ----------
-    nodes : (n, 27) int32 array
-    size : (n,) int8 array
-        Edges of the elements.
-    groups : tuple of tuple
-        Colours, first element, weights, what all elements share of them, shapes and slopes of
-        whole and of cut elements. The weights are those of the elements, in double precision.
-    lame : (2,) array, N mm
-        Lame's constants times the volume of a brick of the grid.
-    """
-
-    nodes: NDArray[np.int32]
-    size: NDArray[np.int8]
+    nodes: NDArray[np.int32]  #: ``(n, 27)`` int32.
+    size: NDArray[np.int8]  #: ``(n,)`` int8. Edges of the elements.
+    #: Colours, first element, weights, what all elements share of them, shapes and slopes of whole
+    #: and of cut elements. The weights are those of the elements, in double precision.
     groups: tuple[tuple[IntArray, int, FloatArray, FloatArray, NDArray[Any], NDArray[Any]], ...]
-    lame: NDArray[Any]
+    lame: NDArray[Any]  #: ``(2,)``, N mm. Lame's constants times the volume of a brick of the grid.
     springs: Springs | None
     hanging: Hanging | None
 

@@ -50,39 +50,21 @@ SHIFT = 1e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Patches:
-    """Inverted matrices of the weak nodes of elements.
+    """Inverted matrices of the weak nodes of elements."""
 
-    Attributes
-    ----------
-    nodes : (n, 27) int32 array
-        Free nodes of every element.
-    weak : (N,) bool array
-    chosen : (k,) int array
-        Elements with weak nodes, by colour.
-    colours : (c + 1,) int array
-    begin : (k + 1,) int array
-        First entry of each element's factor in `rows`.
-    first : (k + 1,) int array
-        Its first unknown in `scale` and `height`.
-    scale : (u,) float32 array
-        Inverted roots of the diagonals, zero for fixed unknowns.
-    height : (u,) float32 array
-        Square of the step of each row of the factors.
-    rows : (total,) int8 array
-        Inverted Cholesky factors, rows up to the diagonal: a quarter of the memory of inverses in
-        single precision, symmetric and positive definite however they are rounded. Iterations on
-        gyroid sheets are as many with 16 bits (20 at density 0.3; 22 at 0.15, where two in three
-        elements hold weak nodes).
-    """
-
-    nodes: NDArray[np.int32]
-    weak: BoolArray
-    chosen: IntArray
-    colours: IntArray
-    begin: IntArray
-    first: IntArray
+    nodes: NDArray[np.int32]  #: ``(n, 27)`` int32. Free nodes of every element.
+    weak: BoolArray  #: ``(N,)``.
+    chosen: IntArray  #: ``(k,)``. Elements with weak nodes, by colour.
+    colours: IntArray  #: ``(c + 1,)``.
+    begin: IntArray  #: ``(k + 1,)``. First entry of each element's factor in `rows`.
+    first: IntArray  #: ``(k + 1,)``. Its first unknown in `scale` and `height`.
+    #: ``(u,)`` float32. Inverted roots of the diagonals, zero for fixed unknowns.
     scale: NDArray[np.float32]
-    height: NDArray[np.float32]
+    height: NDArray[np.float32]  #: ``(u,)`` float32. Square of the step of each row of the factors.
+    #: ``(total,)`` int8. Inverted Cholesky factors, rows up to the diagonal: a quarter of the
+    #: memory of inverses in single precision, symmetric and positive definite however they are
+    #: rounded. Iterations on gyroid sheets are as many with 16 bits (20 at density 0.3; 22 at 0.15,
+    #: where two in three elements hold weak nodes).
     rows: NDArray[np.int8]
 
 

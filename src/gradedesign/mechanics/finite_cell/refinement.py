@@ -37,10 +37,7 @@ def refined(
 ) -> tuple[Elements, BrickSpace]:
     """Elements of a spacing, mm, and of twice that where the grading allows, and their nodes.
 
-    Raises
-    ------
-    LatticeError
-        If nothing is solid, or the solid falls apart.
+    Raises `LatticeError` if nothing is solid, or the solid falls apart.
     """
     grid = fit_grid(problem.lower, problem.upper, spacing, planes, multiple=2)
     coarse = _coarse_blocks(grading, grid, planes)
@@ -80,10 +77,7 @@ def _coarse_blocks(grading: Field, grid: Grid, planes: Sequence[Plane]) -> BoolA
 def _largest_bodies(elements: Elements, space: BrickSpace, bodies: int) -> Elements:
     """Elements of the largest components by volume; all if there is one component.
 
-    Raises
-    ------
-    DisconnectedError
-        If the others hold more than `DISCONNECTED_SHARE` of the volume.
+    Raises `DisconnectedError` if the others hold more than `DISCONNECTED_SHARE` of the volume.
     """
     n = len(space.nodes)
     graph = csr_matrix(

@@ -29,40 +29,23 @@ ALONG, _OF_EACH = 2, BLOCKS // 2
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Places:
-    """Points in elements at which residuals are weighed, with weight and direction.
+    """Points in elements at which residuals are weighed, with weight and direction."""
 
-    Attributes
-    ----------
-    element : (m,) int array
-    reference : (3, m) array
-    weight : (m,) array, mm^3
-        Area times half the edge of an element across it; volume of points of the solid.
-    normal : (3, m) array
-    """
-
-    element: IntArray
-    reference: FloatArray
+    element: IntArray  #: ``(m,)``.
+    reference: FloatArray  #: ``(3, m)``.
+    #: ``(m,)``, mm^3. Area times half the edge of an element across it; volume of points of the
+    #: solid.
     weight: FloatArray
-    normal: FloatArray
+    normal: FloatArray  #: ``(3, m)``.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ResidualPlaces:
-    """Sample points at which tractions of a divided solid should vanish or balance.
+    """Sample points at which tractions of a divided solid should vanish or balance."""
 
-    Attributes
-    ----------
-    free : Places
-        On the surface of the solid.
-    sides : (Places, Places)
-        On faces between elements, seen from either side.
-    inner : Places
-        Of the solid, for its energy.
-    """
-
-    free: Places
-    sides: tuple[Places, Places]
-    inner: Places
+    free: Places  #: On the surface of the solid.
+    sides: tuple[Places, Places]  #: On faces between elements, seen from either side.
+    inner: Places  #: Of the solid, for its energy.
 
 
 def residual_places(elements: Elements, field: Field) -> ResidualPlaces:

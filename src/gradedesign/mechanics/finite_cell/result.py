@@ -18,86 +18,48 @@ from gradedesign.mechanics.finite_cell.traction_residual import GoalResidual
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ModeValue:
-    """A natural frequency, or the factor of the loads at which the solid buckles.
+    """A natural frequency, or the factor of the loads at which the solid buckles."""
 
-    Attributes
-    ----------
-    value : float
-        Of a frequency in Hz.
-    shape : (N, 3) array
-        Whose strain energy is 1/2; only its form means something.
-    """
-
-    value: float
-    shape: FloatArray
+    value: float  #: Of a frequency in Hz.
+    shape: FloatArray  #: ``(N, 3)``. Whose strain energy is 1/2; only its form means something.
     buckling: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CaseSolution:
-    """Displacement of one load case.
-
-    Attributes
-    ----------
-    u : (N, 3) array, mm
-        At the nodes of the elements.
-    energy : float, N mm
-        Strain energy, that of springs and of the soft void included.
-    work : float, N mm
-        Of loads and inertia on the displacements they cause.
-    residual : float
-        Norm of unbalanced forces over that of the right-hand side.
-    traction_residual : float or None
-        What finer elements add to the work, but for a factor, see `traction_residual`. None where
-        displacements are prescribed or the solid is heated: then the work says less of the error;
-        and where elements have two sizes.
-    goals : mapping of any key to GoalResidual
-        The same of the goals of the problem in this load case, whatever acts in it.
-    modes : mapping of any key to ModeValue
-        Those of the problem in this load case.
-    """
+    """Displacement of one load case."""
 
     name: str
-    u: FloatArray
-    energy: float
-    work: float
+    u: FloatArray  #: ``(N, 3)``, mm. At the nodes of the elements.
+    energy: float  #: N mm. Strain energy, that of springs and of the soft void included.
+    work: float  #: N mm. Of loads and inertia on the displacements they cause.
     iterations: int
-    residual: float
+    residual: float  #: Norm of unbalanced forces over that of the right-hand side.
     thermal_strain: float
+    #: What finer elements add to the work, but for a factor, see `traction_residual`. None where
+    #: displacements are prescribed or the solid is heated: then the work says less of the error;
+    #: and where elements have two sizes.
     traction_residual: float | None
+    #: The same of the goals of the problem in this load case, whatever acts in it.
     goals: Mapping[Hashable, GoalResidual] = field(default_factory=dict)
+    #: Those of the problem in this load case.
     modes: Mapping[Hashable, ModeValue] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FiniteCellResult:
-    """Displacements of every load case on the elements.
-
-    Attributes
-    ----------
-    solutions : tuple of CaseSolution
-        One per load case.
-    places : dict of name to SurfacePoints
-        Where the solid reaches each region.
-    volume : float, mm^3
-    spacing : float, mm
-        Longest edge of an element; of the small ones where there are two sizes.
-    processor_seconds : float
-        s.
-    lame : (float, float), MPa
-    notes : tuple of str
-        On planes that are not aligned and components that were left out.
-    """
+    """Displacements of every load case on the elements."""
 
     elements: Elements
     space: BrickSpace
-    solutions: tuple[CaseSolution, ...]
-    places: dict[str, SurfacePoints]
-    volume: float
-    spacing: float
+    solutions: tuple[CaseSolution, ...]  #: One per load case.
+    places: dict[str, SurfacePoints]  #: By name. Where the solid reaches each region.
+    volume: float  #: mm^3.
+    spacing: float  #: mm. Longest edge of an element; of the small ones where there are two sizes.
     unknowns: int
-    processor_seconds: float
-    lame: tuple[float, float]
+    processor_seconds: float  #: s.
+    lame: tuple[float, float]  #: MPa.
+    #: On planes that are not aligned and components that were left out.
     notes: tuple[str, ...] = ()
 
     @property

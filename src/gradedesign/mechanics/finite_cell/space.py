@@ -20,20 +20,13 @@ LOCAL = np.stack([np.arange(27) % 3, np.arange(27) // 3 % 3, np.arange(27) // 9]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BrickSpace:
-    """Numbered nodes.
+    """Numbered nodes."""
 
-    Attributes
-    ----------
-    nodes : (n, 27) or (n, 8) int32 array
-        Of quadratic or linear functions, of every element, x fastest.
-    place : (N, 3) int32 array
-        Of every node, in halves of the grid's edges from its lower corner.
-    hanging : Hanging or None
-        Nodes of small elements that a large neighbour holds; they are numbered last.
-    """
-
+    #: ``(n, 27) or (n, 8)`` int32. Of quadratic or linear functions, of every element, x fastest.
     nodes: NDArray[np.int32]
+    #: ``(N, 3)`` int32. Of every node, in halves of the grid's edges from its lower corner.
     place: NDArray[np.int32]
+    #: Nodes of small elements that a large neighbour holds; they are numbered last.
     hanging: Hanging | None = None
 
 

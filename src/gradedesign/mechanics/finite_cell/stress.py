@@ -22,20 +22,12 @@ _POINTS_A_THREAD = 1024
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SolidPoints:
-    """Centroids of the solid in every sub-cell of every element.
+    """Centroids of the solid in every sub-cell of every element."""
 
-    Attributes
-    ----------
-    points : (3, m) array, mm
-    volume : (m,) array, mm^3
-    element : (m,) int array
-    reference : (3, m) array
-    """
-
-    points: FloatArray
-    volume: FloatArray
-    element: IntArray
-    reference: FloatArray
+    points: FloatArray  #: ``(3, m)``, mm.
+    volume: FloatArray  #: ``(m,)``, mm^3.
+    element: IntArray  #: ``(m,)``.
+    reference: FloatArray  #: ``(3, m)``.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -44,15 +36,10 @@ class SolidParts:
 
     They are some twelve times as many as elements: kept as points they took more memory than the
     displacements.
-
-    Attributes
-    ----------
-    number : (m,) int array
-        Sub-cell of all elements, those of one element one after another.
     """
 
     elements: Elements
-    number: IntArray
+    number: IntArray  #: ``(m,)``. Sub-cell of all elements, those of one element one after another.
 
 
 def solid_parts(elements: Elements, most: int | None = None) -> SolidParts:

@@ -36,20 +36,13 @@ COVERED = 1.0 - 1e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Held:
-    """Supports of one load case.
+    """Supports of one load case."""
 
-    Attributes
-    ----------
-    fixed : (N, 3) bool array
-    value : (N, 3) array or None, mm
-        Prescribed displacement; 0 where nothing is. None where all is 0.
-    spring_force : (N, 3) array or None, N
-        Of springs whose far ends move as prescribed. None where none does.
-    """
-
-    fixed: BoolArray
+    fixed: BoolArray  #: ``(N, 3)``.
+    #: ``(N, 3)``, mm. Prescribed displacement; 0 where nothing is. None where all is 0.
     value: FloatArray | None
     springs: Springs | None
+    #: ``(N, 3)``, N. Of springs whose far ends move as prescribed. None where none does.
     spring_force: FloatArray | None
 
 
@@ -68,6 +61,9 @@ def held_by(
 ) -> Held:
     """Supports of a load case.
 
+    Raises `CaseError` if two supports prescribe a node differently, and `SolverError` if the
+    supports leave rigid motions free.
+
     Parameters
     ----------
     regions : mapping of name to Region
@@ -75,13 +71,6 @@ def held_by(
         Where the solid reaches the regions.
     modulus : float, MPa
         P-wave modulus of the solid.
-
-    Raises
-    ------
-    CaseError
-        If two supports prescribe a node differently.
-    SolverError
-        If the supports leave rigid motions free.
     """
     count = len(space.place)
     fixed = np.zeros((count, 3), dtype=bool)

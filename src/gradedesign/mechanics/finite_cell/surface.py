@@ -28,23 +28,14 @@ POINTS = 2**18
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SurfacePoints:
-    """Points of a region on the surface of the solid; some carry no area.
+    """Points of a region on the surface of the solid; some carry no area."""
 
-    Attributes
-    ----------
-    points, normal : (3, m) array, mm and unit
-        Normals point out of the part.
-    area : (m,) array, mm^2
-    element : (m,) int array
-    reference : (3, m) array
-        Place in the element.
-    """
-
+    #: ``(3, m)``, mm and unit. Normals point out of the part.
     points: FloatArray
     normal: FloatArray
-    area: FloatArray
-    element: IntArray
-    reference: FloatArray
+    area: FloatArray  #: ``(m,)``, mm^2.
+    element: IntArray  #: ``(m,)``.
+    reference: FloatArray  #: ``(3, m)``. Place in the element.
 
 
 def chosen_points(at: SurfacePoints, index: IntArray) -> SurfacePoints:
@@ -139,15 +130,12 @@ def reference_of(elements: Elements, element: IntArray, points: FloatArray) -> F
 def region_points(elements: Elements, field: Field, region: Region) -> SurfacePoints:
     """Quadrature points of a region where the solid reaches it, and corners without area.
 
+    Raises `LatticeError` if no solid reaches the region.
+
     Parameters
     ----------
     field : callable
         That the elements were cut by.
-
-    Raises
-    ------
-    LatticeError
-        If no solid reaches the region.
     """
     grid = elements.grid
     triangles = split_by_grid(region.corners, grid.lower, grid.edges)

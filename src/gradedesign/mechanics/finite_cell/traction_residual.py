@@ -73,30 +73,17 @@ def nearest_on(elements: Elements, places: ResidualPlaces, region: SurfacePoints
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Imbalance:
-    """Tractions of a solution that vanish in the exact one.
+    """Tractions of a solution that vanish in the exact one."""
 
-    Attributes
-    ----------
-    free : (3, m) array, MPa
-        On surfaces without load or support.
-    jump : (3, k) array, MPa
-        Between elements.
-    """
-
-    free: FloatArray
-    jump: FloatArray
+    free: FloatArray  #: ``(3, m)``, MPa. On surfaces without load or support.
+    jump: FloatArray  #: ``(3, k)``, MPa. Between elements.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoalResidual:
-    """Ways in which finer elements change a value, but for a factor, see `goal_residual`.
+    """Ways in which finer elements change a value, but for a factor, see `goal_residual`."""
 
-    Attributes
-    ----------
-    rise, fall : float
-        What they add to it and what they take off it, both positive, in its unit.
-    """
-
+    #: What they add to it and what they take off it, both positive, in its unit.
     rise: float
     fall: float
 

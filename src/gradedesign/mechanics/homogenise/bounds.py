@@ -16,18 +16,11 @@ _SLACK = 1e-7
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoundCheck:
-    """One bound, and whether a stiffness keeps it.
-
-    Attributes
-    ----------
-    value : float
-        Over the base material's Young's modulus.
-    lower, upper : float
-        Between which the value must lie; ``inf`` where there is no limit.
-    """
+    """One bound, and whether a stiffness keeps it."""
 
     name: str
-    value: float
+    value: float  #: Over the base material's Young's modulus.
+    #: Between which the value must lie; ``inf`` where there is no limit.
     lower: float
     upper: float
 
@@ -95,10 +88,7 @@ def require_bounds(
 ) -> None:
     """Refuse a stiffness that no solid of this density can have, see `check_bounds`.
 
-    Raises
-    ------
-    SolverError
-        Naming the bound, the value and the limit.
+    Raises `SolverError` naming the bound, the value and the limit.
     """
     if not np.allclose(stiffness, stiffness.T, rtol=0, atol=1e-8):
         raise SolverError(f"the stiffness of {subject} is not symmetric")

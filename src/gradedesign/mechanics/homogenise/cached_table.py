@@ -46,6 +46,8 @@ def property_table(
 ) -> PropertyTable:
     """Property table of any cell: from the user's cache, or computed and stored there.
 
+    Raises `DensityError`, `LatticeError` or `SolverError` as `compute_table`.
+
     Parameters
     ----------
     poissons_ratio : float
@@ -56,11 +58,6 @@ def property_table(
         Of the cell, up to a factor.
     on_row : callable, optional
         As `compute_table`, where the table is computed.
-
-    Raises
-    ------
-    DensityError, LatticeError, SolverError
-        As `compute_table`.
 
     Notes
     -----
@@ -128,12 +125,8 @@ def on_demand_resolution(
 ) -> int:
     """Voxels along a cell whose table is computed during a run.
 
-    48, or the first of `RESOLUTIONS` with three voxels across the wall at some densities.
-
-    Raises
-    ------
-    DensityError
-        If the walls are too thin for all of them.
+    48, or the first of `RESOLUTIONS` with three voxels across the wall at some densities. Raises
+    `DensityError` if the walls are too thin for all of them.
     """
     for n in (ON_DEMAND_RESOLUTION, *RESOLUTIONS[:-1]):
         try:
@@ -156,6 +149,10 @@ def computed_law(
 ) -> ScalingLaw:
     """Law of a cell that comes without a table, from the user's cache or computed now.
 
+    Raises `DensityError`, `LatticeError` or `SolverError` as `compute_table`; `DensityError` also
+    if the law would not meet ``density``, `SolverError` if stiffness or strength do not grow with
+    density.
+
     Parameters
     ----------
     poissons_ratio : float
@@ -175,12 +172,6 @@ def computed_law(
     -------
     ScalingLaw
         Of kind ``computed``, named ``<family>-computed``.
-
-    Raises
-    ------
-    DensityError, LatticeError, SolverError
-        As `compute_table`; `DensityError` also if the law would not meet ``density``, `SolverError`
-        if stiffness or strength do not grow with density.
     """
     resolution = resolution or on_demand_resolution(cell, edges)
     if density is not None:

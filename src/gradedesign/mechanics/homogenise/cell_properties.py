@@ -48,40 +48,21 @@ _CUBIC_SLACK = 0.02
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class CellProperties(ShownRecord):
-    """Computed properties of a cell at one density.
+    """Computed properties of a cell at one density."""
 
-    Attributes
-    ----------
-    density : float
-        Relative density.
-    resolution : int
-        Voxels along the cell on the finer grid; the other has half of them.
-    stiffness : (6, 6) array
-        Extrapolated to no voxels.
-    uncertainty : (6, 6) array
-        Of each entry, without sign: what the extrapolation added, or the departure from the
-        declared symmetry where that is larger.
-    stiffness_error : float
-        Norm of the extrapolation over that of the stiffness.
-    energy_error : float
-        Largest share of the energy that the extrapolation changes, over all strains: where a cell
-        is soft in one direction this is far more than `stiffness_error`.
-    strength : Strength
-        On the finer grid.
-    strength_error : float
-        Relative change from the coarser grid.
-    surface : StrengthSurface or None
-        Local stress under any macroscopic stress, on the finer grid.
-    """
-
-    density: float
-    resolution: int
-    stiffness: FloatArray
+    density: float  #: Relative density.
+    resolution: int  #: Voxels along the cell on the finer grid; the other has half of them.
+    stiffness: FloatArray  #: ``(6, 6)``. Extrapolated to no voxels.
+    #: ``(6, 6)``. Of each entry, without sign: what the extrapolation added, or the departure from
+    #: the declared symmetry where that is larger.
     uncertainty: FloatArray
-    stiffness_error: float
+    stiffness_error: float  #: Norm of the extrapolation over that of the stiffness.
+    #: Largest share of the energy that the extrapolation changes, over all strains: where a cell is
+    #: soft in one direction this is far more than `stiffness_error`.
     energy_error: float
-    strength: Strength
-    strength_error: float
+    strength: Strength  #: On the finer grid.
+    strength_error: float  #: Relative change from the coarser grid.
+    #: Local stress under any macroscopic stress, on the finer grid.
     surface: StrengthSurface | None
 
 
@@ -96,6 +77,10 @@ def cell_properties(
 ) -> CellProperties:
     """Stiffness and strength of a periodic cell, from two grids.
 
+    Raises `DensityError` if the cell does not exist at this density or its wall has fewer than
+    three voxels; `LatticeError` or `SolverError` as `solve_periodic`; also if the result violates a
+    bound or the declared symmetry.
+
     Parameters
     ----------
     rho : float
@@ -109,13 +94,6 @@ def cell_properties(
         Fit a strength surface, which takes about as long as the analysis.
     edges : (3,) sequence
         Of the cell, up to a factor.
-
-    Raises
-    ------
-    DensityError
-        If the cell does not exist at this density or its wall has fewer than three voxels.
-    LatticeError, SolverError
-        As `solve_periodic`; also if the result violates a bound or the declared symmetry.
 
     Notes
     -----
@@ -166,10 +144,7 @@ def cell_properties(
 def cubic_part(stiffness: FloatArray, name: str) -> FloatArray:
     """Mean of a stiffness over the rotations of the cube.
 
-    Raises
-    ------
-    SolverError
-        If it departs from that mean by more than 2 %.
+    Raises `SolverError` if it departs from that mean by more than 2 %.
     """
     c = np.zeros((6, 6))
     c[:3, :3] = (stiffness[0, 1] + stiffness[0, 2] + stiffness[1, 2]) / 3

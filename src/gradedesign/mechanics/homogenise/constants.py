@@ -13,20 +13,11 @@ _VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EngineeringConstants:
-    """Moduli along the axes of a stiffness, in its unit.
+    """Moduli along the axes of a stiffness, in its unit."""
 
-    Attributes
-    ----------
-    youngs : (float, float, float)
-        E along x, y, z.
-    shear : (float, float, float)
-        G of yz, xz, xy.
-    poisson : (float, float, float)
-        Contraction along z under tension along y, z under x, y under x.
-    """
-
-    youngs: tuple[float, float, float]
-    shear: tuple[float, float, float]
+    youngs: tuple[float, float, float]  #: E along x, y, z.
+    shear: tuple[float, float, float]  #: G of yz, xz, xy.
+    #: Contraction along z under tension along y, z under x, y under x.
     poisson: tuple[float, float, float]
 
 

@@ -65,6 +65,8 @@ def fit_surface(
 ) -> StrengthSurface:
     """Fit a surface over more than 300 macroscopic stresses and check it on 200 others.
 
+    Raises `SolverError` if no surface is positive in every direction.
+
     Parameters
     ----------
     symmetry : str
@@ -78,11 +80,6 @@ def fit_surface(
     -------
     StrengthSurface
         With its errors over the unseen directions.
-
-    Raises
-    ------
-    SolverError
-        If no surface is positive in every direction.
 
     Notes
     -----

@@ -23,7 +23,9 @@ _Offset = tuple[int, int, int]
 def connected_fill(fill: FloatArray) -> tuple[FloatArray, float]:
     """Remove disconnected components of a periodic grid, and refuse one that carries no load.
 
-    Voxels hang together across faces; what touches at an edge or a corner only is a hinge.
+    Voxels hang together across faces; what touches at an edge or a corner only is a hinge. Raises
+    `LatticeError` if no component connects the cell to its neighbours in three directions, two
+    unconnected ones do, or more than `DISCONNECTED_SHARE` is disconnected.
 
     Parameters
     ----------
@@ -36,12 +38,6 @@ def connected_fill(fill: FloatArray) -> tuple[FloatArray, float]:
         With void in place of the components that do not connect the cell to its neighbours.
     share : float
         Of the solid voxels removed.
-
-    Raises
-    ------
-    LatticeError
-        If no component connects the cell to its neighbours in three directions, two unconnected
-        ones do, or more than `DISCONNECTED_SHARE` is disconnected.
     """
     values = np.asarray(fill, dtype=np.float64)
     solid = values > 0
@@ -77,7 +73,8 @@ def connected_wall(fill: FloatArray) -> FloatArray:
     """Remove unconnected material from a wall across z that repeats along x and y.
 
     A face that cuts the cells leaves fragments that no other part of the wall holds; they carry
-    nothing, and an equation system with them has no solution.
+    nothing, and an equation system with them has no solution. Raises `LatticeError` if no component
+    does.
 
     Parameters
     ----------
@@ -89,11 +86,6 @@ def connected_wall(fill: FloatArray) -> FloatArray:
     (nx, ny, nz) array
         With void in place of every component that does not connect the wall to its neighbours
         along both x and y.
-
-    Raises
-    ------
-    LatticeError
-        If no component does.
     """
     values = np.asarray(fill, dtype=np.float64)
     # A layer of void keeps the faces from meeting.

@@ -40,26 +40,16 @@ _ABOVE_FLOOR = 1.15
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MixFactors:
-    """Factors of one transition over the share of its second cell, and where its mixes exist.
+    """Factors of one transition over the share of its second cell, and where its mixes exist."""
 
-    Attributes
-    ----------
-    share : (k,) array
-        Increasing, from 0 to 1.
-    low, high : (k,) arrays
-        Densities between which the mix is one piece with an open void and was resolved.
-    stiffness, strength : (k,) arrays
-        Factors on the mean of the two cells, 1 at the ends.
-    cells : tuple of Cell
-        The mixes, without the ends.
-    """
-
-    share: FloatArray
+    share: FloatArray  #: ``(k,)``. Increasing, from 0 to 1.
+    #: ``(k,)``. Densities between which the mix is one piece with an open void and was resolved.
     low: FloatArray
     high: FloatArray
+    #: ``(k,)``. Factors on the mean of the two cells, 1 at the ends.
     stiffness: FloatArray
     strength: FloatArray
-    cells: tuple[Cell, ...]
+    cells: tuple[Cell, ...]  #: The mixes, without the ends.
 
     def __post_init__(self) -> None:
         count = np.asarray(self.share).size
@@ -72,10 +62,7 @@ def _mix_windows(
 ) -> list[tuple[Cell, tuple[float, float]]]:
     """Mixes of two cells at `SHARES`, with the densities at which they can be computed.
 
-    Raises
-    ------
-    DensityError
-        If a mix exists at no density.
+    Raises `DensityError` if a mix exists at no density.
     """
     mixes = []
     for share in SHARES:
@@ -97,12 +84,8 @@ def _mix_windows(
 def _mixed_cell(first: Cell, second: Cell, blend: Blend, share: float) -> Cell:
     """Periodic cell that two cells make where the share of the second is the same everywhere.
 
-    Of no declared symmetry, its level the density itself.
-
-    Raises
-    ------
-    DensityError
-        If the mix is one connected piece with an open void at no density.
+    Of no declared symmetry, its level the density itself. Raises `DensityError` if the mix is one
+    connected piece with an open void at no density.
     """
 
     def shape(u: FloatArray) -> FloatArray:
@@ -134,6 +117,9 @@ def mix_factors(
 ) -> MixFactors:
     """Homogenise the mixes of two cells and compare them with the means of both.
 
+    Raises `DensityError` if a mix exists at none of these densities, and `LatticeError` or
+    `SolverError` as `cell_properties`.
+
     Parameters
     ----------
     pair : (int, int)
@@ -148,13 +134,6 @@ def mix_factors(
         Of the cell, up to a factor.
     on_mix : callable, optional
         Hears of a mix and density that are computed, not found in the user's cache.
-
-    Raises
-    ------
-    DensityError
-        If a mix exists at none of these densities.
-    LatticeError, SolverError
-        As `cell_properties`.
     """
     first, second = laws
     rows, mixes = [(0.0, *first.window, 1.0, 1.0)], []

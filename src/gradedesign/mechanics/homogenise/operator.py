@@ -29,23 +29,15 @@ THREADED = 100_000
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class VoxelOperator:
-    """Stiffness of cubic voxels of edge 1, each of Young's modulus ``fill``.
+    """Stiffness of cubic voxels of edge 1, each of Young's modulus ``fill``."""
 
-    Attributes
-    ----------
-    fill : (nx, ny, nz) array
-        Young's modulus of each voxel relative to the base material, 0 to 1.
-    first, runs : int arrays
-        Runs of solid voxels, see the kernel.
-    seam : (slabs, 3, ny, nz) array
-        Work space of `product`.
-    """
-
+    #: ``(nx, ny, nz)``. Young's modulus of each voxel relative to the base material, 0 to 1.
     fill: FloatArray
     poissons_ratio: float
+    #: Runs of solid voxels, see the kernel.
     first: IntArray
     runs: IntArray
-    seam: FloatArray
+    seam: FloatArray  #: ``(slabs, 3, ny, nz)``. Work space of `product`.
 
     def product(self, u: FloatArray, y: FloatArray) -> None:
         """Set ``y = K u`` for nodal values ``(3, nx, ny, nz)``."""
@@ -95,15 +87,12 @@ def lame(poissons_ratio: float) -> tuple[float, float]:
 def voxel_operator(fill: FloatArray, poissons_ratio: float) -> VoxelOperator:
     """Prepare the stiffness of a grid.
 
+    Raises `SolverError` for a fill outside 0 to 1, or a Poisson ratio outside -1 to 0.5.
+
     Parameters
     ----------
     fill : (nx, ny, nz) array
         0 (void, no stiffness at all) to 1.
-
-    Raises
-    ------
-    SolverError
-        For a fill outside 0 to 1, or a Poisson ratio outside -1 to 0.5.
     """
     values = np.ascontiguousarray(fill, dtype=np.float64)
     if values.ndim != 3 or min(values.shape) < 2:

@@ -45,29 +45,18 @@ _CYCLE = (1, 2, 0)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PeriodicSolution:
-    """Response of a periodic cell to six unit macroscopic strains.
+    """Response of a periodic cell to six unit macroscopic strains."""
 
-    Attributes
-    ----------
-    stiffness : (6, 6) array
-        Relative to the base material's Young's modulus, Voigt order xx, yy, zz, yz, xz, xy with
-        engineering shear.
-    displacement : (6, 3, nx, ny, nz) array
-        Periodic part of the nodal displacement in each case, in voxel edges.
-    fill : (nx, ny, nz) array
-        The analysed grid, without the islands.
-    iterations : (6,) array
-        Zero for a case that follows from another by the symmetry of the grid.
-    residual : (6,) array
-        Norm of the remaining force over that of the load.
-    """
-
+    #: ``(6, 6)``. Relative to the base material's Young's modulus, Voigt order xx, yy, zz, yz, xz,
+    #: xy with engineering shear.
     stiffness: FloatArray
+    #: ``(6, 3, nx, ny, nz)``. Periodic part of the nodal displacement in each case, in voxel edges.
     displacement: FloatArray
-    fill: FloatArray
+    fill: FloatArray  #: ``(nx, ny, nz)``. The analysed grid, without the islands.
     poissons_ratio: float
+    #: ``(6,)``. Zero for a case that follows from another by the symmetry of the grid.
     iterations: IntArray
-    residual: FloatArray
+    residual: FloatArray  #: ``(6,)``. Norm of the remaining force over that of the load.
 
     def __post_init__(self) -> None:
         lock(self, stiffness=(6, 6))
@@ -82,6 +71,10 @@ def solve_periodic(
 ) -> PeriodicSolution:
     """Homogenise one period of a grid of voxels, void without any stiffness.
 
+    Raises `LatticeError` if the solid does not connect the cell to its neighbours in three
+    directions, or more than a thousandth of it is disconnected, and `SolverError` if the iteration
+    does not converge, or the request is impossible.
+
     Parameters
     ----------
     fill : (nx, ny, nz) array
@@ -91,14 +84,6 @@ def solve_periodic(
     use_symmetry : bool
         Solve two cases instead of six where the grid is equal to itself with x, y, z exchanged in
         a cycle, voxel by voxel.
-
-    Raises
-    ------
-    LatticeError
-        If the solid does not connect the cell to its neighbours in three directions, or more than
-        a thousandth of it is disconnected.
-    SolverError
-        If the iteration does not converge, or the request is impossible.
 
     References
     ----------

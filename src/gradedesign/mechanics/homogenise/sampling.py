@@ -43,7 +43,8 @@ def cell_fill(
     """Sample a cell on cubic voxels.
 
     Samples lie at the centres of the ``subsamples^3`` equal parts of each voxel. The level is the
-    quantile of these very samples, so that the mean fill is ``rho``.
+    quantile of these very samples, so that the mean fill is ``rho``. Raises `DensityError` if the
+    cell does not exist at this density.
 
     Parameters
     ----------
@@ -64,11 +65,6 @@ def cell_fill(
     -------
     (N, N, N) array
         Solid volume fraction of each voxel; of the shape `voxel_counts` where edges differ.
-
-    Raises
-    ------
-    DensityError
-        If the cell does not exist at this density.
     """
     if share_ties is None:
         share_ties = subsamples > 1
@@ -108,9 +104,10 @@ def _counted(solid: BoolArray, counts: tuple[int, int, int], subsamples: int) ->
 def voxel_counts(edges: Sequence[float], resolution: int) -> tuple[int, int, int]:
     """Cubic voxels along the edges of a cell whose mean edge has about ``resolution`` of them.
 
-    Even numbers, so that half of them make the coarser grid: the nearest to
-    ``resolution e_i / (e_1 e_2 e_3)^(1/3)`` that fit within `_GOOD_FIT`, else those of 0.9 to 1.4
-    times the resolution that fit best. Equal edges have ``resolution`` each.
+    Even numbers, so that half of them make the coarser grid: the nearest to ``resolution e_i / (e_1
+    e_2 e_3)^(1/3)`` that fit within `_GOOD_FIT`, else those of 0.9 to 1.4 times the resolution that
+    fit best. Equal edges have ``resolution`` each. Raises `SolverError` if no numbers fit the
+    proportion within `_EDGE_MISFIT`.
 
     Parameters
     ----------
@@ -120,11 +117,6 @@ def voxel_counts(edges: Sequence[float], resolution: int) -> tuple[int, int, int
     Returns
     -------
     (int, int, int)
-
-    Raises
-    ------
-    SolverError
-        If no numbers fit the proportion within `_EDGE_MISFIT`.
     """
     lengths = np.asarray(edges, dtype=np.float64)
     if np.ptp(lengths) == 0:
@@ -179,10 +171,7 @@ def require_resolved(
 ) -> None:
     """Refuse a grid on which the thinnest wall has fewer than `LEAST_VOXELS` voxels.
 
-    Raises
-    ------
-    DensityError
-        Saying which resolution would do.
+    Raises `DensityError` saying which resolution would do.
     """
     voxels = voxels_in_wall(cell, rho, resolution, edges)
     if voxels < LEAST_VOXELS:

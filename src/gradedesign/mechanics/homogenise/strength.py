@@ -27,37 +27,23 @@ _BATCH = 2_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LocalStress:
-    """Stress at the centre of every solid voxel for the six unit macroscopic stresses.
+    """Stress at the centre of every solid voxel for the six unit macroscopic stresses."""
 
-    Attributes
-    ----------
-    stress : (6, 6, n) float32 array
-        Local Voigt component, macroscopic Voigt component, voxel; local over macroscopic.
-    volume : (n,) array
-        Solid part of each voxel.
-    """
-
+    #: ``(6, 6, n)`` float32. Local Voigt component, macroscopic Voigt component, voxel; local over
+    #: macroscopic.
     stress: NDArray[np.float32]
-    volume: FloatArray
+    volume: FloatArray  #: ``(n,)``. Solid part of each voxel.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Strength:
-    """Stress concentration of a cell: local over macroscopic stress.
+    """Stress concentration of a cell: local over macroscopic stress."""
 
-    Attributes
-    ----------
-    strength : float
-        Macroscopic over local von Mises stress in the worst of the directions.
-    factor : mapping of str to float
-        Largest percentile of the local von Mises stress in each class of directions, per unit
-        macroscopic von Mises stress.
-    hydrostatic : float
-        The same per unit hydrostatic stress, which has no von Mises stress of its own.
-    """
-
-    strength: float
+    strength: float  #: Macroscopic over local von Mises stress in the worst of the directions.
+    #: Largest percentile of the local von Mises stress in each class of directions, per unit
+    #: macroscopic von Mises stress.
     factor: Mapping[str, float]
+    #: The same per unit hydrostatic stress, which has no von Mises stress of its own.
     hydrostatic: float
     percentile: float
 

@@ -55,6 +55,8 @@ def compute_table(
 ) -> PropertyTable:
     """Compute the property table of a cell.
 
+    Raises `DensityError`, `LatticeError` or `SolverError` as `cell_properties`.
+
     Parameters
     ----------
     densities : sequence of float, optional
@@ -65,11 +67,6 @@ def compute_table(
         Called with each density's result, how many are done and how many there are.
     edges : (3,) sequence
         Of the cell, up to a factor.
-
-    Raises
-    ------
-    DensityError, LatticeError, SolverError
-        As `cell_properties`.
     """
     finest = resolution or RESOLUTIONS[-1]
     if densities is None:
@@ -121,13 +118,8 @@ def table_densities(
 
     From 0.05, or where the thinnest wall has `LEAST_VOXELS` voxels, or 15 % above the density at
     which the solid falls apart, to 0.8, or where the void closes; the ends are rounded to a
-    thousandth inwards. Nearer to falling apart, the last necks decide everything: a thousandth
-    more density is several per cent more stiffness.
-
-    Raises
-    ------
-    DensityError
-        If fewer than two are left.
+    thousandth inwards. Nearer to falling apart, the last necks decide everything: a thousandth more
+    density is several per cent more stiffness. Raises `DensityError` if fewer than two are left.
     """
     window = cell.window
     voxel = cell.family.period / min(voxel_counts(edges, resolution))

@@ -38,21 +38,15 @@ _GAUSS = 0.5 + (2 * _CORNERS - 1) / np.sqrt(12)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WallStiffness:
-    """Stiffness per width, over the Young's modulus of the base material, lengths in voxels.
+    """Stiffness per width, over the Young's modulus of the base material, lengths in voxels."""
 
-    Attributes
-    ----------
-    membrane : (3, 3) array
-        Forces by strains xx, yy, xy of the middle plane, engineering shear; no curvature.
-    bending : (3, 3) array
-        Moments by curvatures, where the middle plane strains as it likes.
-    shear : (2,) array
-        Transverse forces along x and y by shear angle: the square of the force over twice its
-        energy.
-    """
-
+    #: ``(3, 3)``. Forces by strains xx, yy, xy of the middle plane, engineering shear; no
+    #: curvature.
     membrane: FloatArray
+    #: ``(3, 3)``. Moments by curvatures, where the middle plane strains as it likes.
     bending: FloatArray
+    #: ``(2,)``. Transverse forces along x and y by shear angle: the square of the force over twice
+    #: its energy.
     shear: FloatArray
 
 
@@ -65,6 +59,9 @@ def wall_stiffness(
 ) -> WallStiffness:
     """Homogenise a wall across z.
 
+    Raises `LatticeError` if the wall does not hang together along x and y, and `SolverError` if a
+    solve does not converge.
+
     Parameters
     ----------
     fill : (nx, ny, nz) array
@@ -73,13 +70,6 @@ def wall_stiffness(
         Height of the middle plane above the first voxel's lower face; ``nz / 2`` by default.
     rtol : float
         Of the solves; membrane and bending are right to its square.
-
-    Raises
-    ------
-    LatticeError
-        If the wall does not hang together along x and y.
-    SolverError
-        If a solve does not converge.
 
     Notes
     -----

@@ -28,21 +28,13 @@ class WallRatios:
     """A wall over a plate of the same thickness and the periodic stiffness.
 
     Directions are the two axes of the cell that follow the wall's normal in the cycle x, y, z.
-
-    Attributes
-    ----------
-    solid : float
-        Density of the wall over that of the periodic lattice.
-    membrane, bending : (3,) arrays
-        Along the first direction, the second, and shear or twist between them.
-    shear : (2,) array
-        Transverse, along the first direction and the second.
     """
 
-    solid: float
+    solid: float  #: Density of the wall over that of the periodic lattice.
+    #: ``(3,)``. Along the first direction, the second, and shear or twist between them.
     membrane: FloatArray
     bending: FloatArray
-    shear: FloatArray
+    shear: FloatArray  #: ``(2,)``. Transverse, along the first direction and the second.
 
     def __post_init__(self) -> None:
         lock(self, membrane=(3,), bending=(3,), shear=(2,))
@@ -60,6 +52,9 @@ def wall_ratios(
 ) -> WallRatios:
     """Homogenise a wall across one axis of the cells and compare it with the periodic lattice.
 
+    Raises `LatticeError` if the wall does not hang together, and `SolverError` if a solve does not
+    converge, or the wall is no thicker than two voxels.
+
     Parameters
     ----------
     rho : float
@@ -70,13 +65,6 @@ def wall_ratios(
         Its faces along the axis, in cells.
     resolution : int
         Voxels along a cell.
-
-    Raises
-    ------
-    LatticeError
-        If the wall does not hang together.
-    SolverError
-        If a solve does not converge, or the wall is no thicker than two voxels.
     """
     level = float(cell.level_of(rho))
     whole, periodic = _periodic(cell, level, axis, resolution, poissons_ratio)

@@ -46,13 +46,9 @@ class Residual:
 
     See `finite_cell.traction_residual`: of the work of the loads, which only rises, and of one
     place's displacement, in which errors of both signs meet.
-
-    Attributes
-    ----------
-    rise, fall : float
-        What they add to its size and what they take off it, both positive.
     """
 
+    #: What they add to its size and what they take off it, both positive.
     rise: float
     fall: float = 0.0
 
@@ -64,24 +60,17 @@ class Residual:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Banded:
-    """A value and the band in which its limit for small elements is expected.
+    """A value and the band in which its limit for small elements is expected."""
 
-    Attributes
-    ----------
-    value, low, high : float
-        In the unit of the value.
-    sizes_mm : tuple of float, mm
-        Elements of the analyses behind it, coarse first.
-    order : {"assumed", "observed", "residual", "recovered", "unknown"}
-        Order with which the error falls: a range that was assumed, the one that three resolutions
-        show, or none, where the residual of the tractions gives the band, or the stress of the
-        elements beside a recovered one, or where it is symmetric about the value of the finest one.
-    """
-
+    #: In the unit of the value.
     value: float
     low: float
     high: float
-    sizes_mm: tuple[float, ...] = ()
+    sizes_mm: tuple[float, ...] = ()  #: mm. Elements of the analyses behind it, coarse first.
+    #: {"assumed", "observed", "residual", "recovered", "unknown"}: order with which the error
+    #: falls: a range that was assumed, the one that three resolutions show, or none, where the
+    #: residual of the tractions gives the band, or the stress of the elements beside a recovered
+    #: one, or where it is symmetric about the value of the finest one.
     order: str = "unknown"
 
     @property
@@ -118,6 +107,8 @@ def banded(
 ) -> Banded:
     """Value for small elements from those at two or three resolutions.
 
+    Raises `CaseError` if two spacings do not differ by 5 %.
+
     Parameters
     ----------
     values : sequence of (float, float)
@@ -130,11 +121,6 @@ def banded(
     residuals : sequence of Residual, optional
         Of the tractions at every spacing. They give the band where three resolutions do not show an
         order: then neither a range of orders is needed, nor values that rise.
-
-    Raises
-    ------
-    CaseError
-        If two spacings do not differ by 5 %.
 
     Examples
     --------

@@ -51,17 +51,10 @@ _AT_REST = 1e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DisplacementLimit(Limit):
-    """The largest nodal displacement of a region in one load case.
+    """The largest nodal displacement of a region in one load case."""
 
-    Attributes
-    ----------
-    nodes : (k,) int array
-        Nodes of the region on the tetrahedra of the part.
-    component : int or None
-        0, 1, 2 limits the absolute value of one component, None the magnitude.
-    """
-
-    nodes: IntArray
+    nodes: IntArray  #: ``(k,)``. Nodes of the region on the tetrahedra of the part.
+    #: 0, 1, 2 limits the absolute value of one component, None the magnitude.
     component: int | None
 
     unit: ClassVar[str] = "mm"
@@ -191,23 +184,12 @@ def governing_places(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DisplacementKind:
-    """How limits on the displacement of regions are made: one per region and load case.
+    """How limits on the displacement of regions are made: one per region and load case."""
 
-    Attributes
-    ----------
-    name : str
-        Of the kind, and of its list in ``[limits]``.
-    made : callable
-        Type of its limits.
-    shared : bool
-        Whether they take ``shares``.
-    entry : type of DisplacementEntry, optional
-        Layout of one table of its list; None: the core's.
-    """
-
-    name: str
-    made: Callable[..., DisplacementLimit]
-    shared: bool = False
+    name: str  #: Of the kind, and of its list in ``[limits]``.
+    made: Callable[..., DisplacementLimit]  #: Type of its limits.
+    shared: bool = False  #: Whether they take ``shares``.
+    #: Layout of one table of its list; None: the core's.
     entry: type[DisplacementEntry] | None = None
 
     def kind(self) -> LimitKind:

@@ -57,15 +57,9 @@ class FrequencyEntry(LimitEntry):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FrequencyLimit(Limit):
-    """The n-th lowest natural frequency about the supports of one load case.
+    """The n-th lowest natural frequency about the supports of one load case."""
 
-    Attributes
-    ----------
-    number : int
-        n, counted from 1.
-    """
-
-    number: int
+    number: int  #: n, counted from 1.
 
     unit: ClassVar[str] = "Hz"
     converges: ClassVar[bool] = True

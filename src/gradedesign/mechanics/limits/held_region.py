@@ -37,17 +37,14 @@ def judged_cases(
 ) -> tuple[list[str], list[str]]:
     """Load cases in which a region may move, and a warning for each that holds it at rest.
 
+    Raises `CaseError` if supports hold the whole region in every load case of the entry.
+
     Parameters
     ----------
     place : str
         Of the entry in ``[limits]``, such as ``displacement[0]``.
     name : str
         Of the limit.
-
-    Raises
-    ------
-    CaseError
-        If supports hold the whole region in every load case of the entry.
     """
     nodes = placed.nodes[entry.region]
     cases = {
@@ -79,11 +76,7 @@ def refuse_held_surfaces(
 ) -> None:
     """Refuse limits on regions that supports hold whole, by the part's surface: without a mesh.
 
-    ``kind`` is the list's name in ``[limits]``.
-
-    Raises
-    ------
-    CaseError
+    ``kind`` is the list's name in ``[limits]``. Raises `CaseError`.
     """
     for number, entry in enumerate(entries):
         limited = range(3) if entry.component is None else (entry.component,)

@@ -63,9 +63,7 @@ def require_possible(
 ) -> None:
     """Refuse limits that the part's surface shows to be impossible.
 
-    Raises
-    ------
-    CaseError
+    Raises `CaseError`.
     """
     for kind in _kinds_of(kinds, limits):
         kind.require(limits, load_cases, regions, where)
@@ -76,10 +74,7 @@ def made_limits(
 ) -> tuple[tuple[Limit, ...], tuple[str, ...]]:
     """Every limit of a case on the tetrahedra of its part, and warnings.
 
-    Raises
-    ------
-    CaseError
-        For a limit that no design can change.
+    Raises `CaseError` for a limit that no design can change.
     """
     limits: list[Limit] = []
     warnings: list[str] = []

@@ -49,13 +49,9 @@ def repeated_limits(limits: LimitsSpec, load_cases: Sequence[str]) -> Iterator[P
 def require_displacements_fit(limits: LimitsSpec, where: Where, longest: float) -> None:
     """Refuse limits that allow displacements larger than the part, ``longest`` mm long.
 
-    A linear analysis is one of displacements far smaller than the part, so that such a limit
-    either limits nothing or was stated in another unit.
-
-    Raises
-    ------
-    CaseError
-        Naming file, line and the value.
+    A linear analysis is one of displacements far smaller than the part, so that such a limit either
+    limits nothing or was stated in another unit. Raises `CaseError` naming file, line and the
+    value.
     """
     for key, allowed in _stated_displacements(limits):
         if allowed > longest:

@@ -38,16 +38,10 @@ class Exclusion:
     """Radius around supports that make stress singular, within which it is not judged.
 
     Without either it follows the cell and the support, see `resolve.exclusion`.
-
-    Attributes
-    ----------
-    radius : float or None, mm
-    mesh_sizes : float or None
-        Multiples of the mesh size of the analysis.
     """
 
-    radius: float | None = None
-    mesh_sizes: float | None = None
+    radius: float | None = None  #: mm.
+    mesh_sizes: float | None = None  #: Multiples of the mesh size of the analysis.
 
 
 class _Exclusion(Reader):

@@ -30,18 +30,10 @@ _MOST_LEFT_OUT = 0.25
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StressLimit(PercentileLimit):
-    """Von Mises stress in the solid material of the lattice, and of solids beside it.
+    """Von Mises stress in the solid material of the lattice, and of solids beside it."""
 
-    Attributes
-    ----------
-    judged : float
-        Share of the lattice's region outside the exclusion radius.
-    apart : tuple of str
-        Phases that other limits judge.
-    """
-
-    judged: float = 1.0
-    apart: tuple[str, ...] = ()
+    judged: float = 1.0  #: Share of the lattice's region outside the exclusion radius.
+    apart: tuple[str, ...] = ()  #: Phases that other limits judge.
 
     def judges(self, phase: str) -> bool:
         """Every phase that no other limit judges."""

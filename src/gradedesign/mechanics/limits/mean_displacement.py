@@ -28,15 +28,9 @@ class MeanDisplacementEntry(DisplacementEntry):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MeanDisplacementLimit(DisplacementLimit):
-    """Mean displacement of a region in one load case: of a component, or of its length.
+    """Mean displacement of a region in one load case: of a component, or of its length."""
 
-    Attributes
-    ----------
-    shares : (k,) array
-        Share of the region's area that each node stands for.
-    """
-
-    shares: FloatArray
+    shares: FloatArray  #: ``(k,)``. Share of the region's area that each node stands for.
 
     def __post_init__(self) -> None:
         DisplacementLimit.__post_init__(self)

@@ -18,17 +18,10 @@ from gradedesign.mechanics.limits.volume_percentile import VolumePercentile
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PercentileLimit(Limit):
-    """Von Mises stress in one phase or several, judged apart.
+    """Von Mises stress in one phase or several, judged apart."""
 
-    Attributes
-    ----------
-    percentile : float
-        Volume percentile that is judged.
-    evaluated : (M,) bool array
-        Tetrahedra of the part outside the exclusion radius of supports.
-    """
-
-    percentile: float
+    percentile: float  #: Volume percentile that is judged.
+    #: ``(M,)``. Tetrahedra of the part outside the exclusion radius of supports.
     evaluated: BoolArray
 
     unit: ClassVar[str] = "MPa"

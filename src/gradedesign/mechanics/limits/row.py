@@ -183,10 +183,7 @@ class LimitRow:
 def row_from_json(data: Mapping[str, Any]) -> LimitRow:
     """The row that ``dataclasses.asdict`` made plain data of; further entries are ignored.
 
-    Raises
-    ------
-    KeyError, TypeError
-        If the data is of another layout.
+    Raises `KeyError` or `TypeError` if the data is of another layout.
     """
     field_names = {field.name for field in fields(LimitRow)}
     plain = {name: value for name, value in data.items() if name in field_names}

@@ -134,21 +134,11 @@ class Predicted:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ModeShape:
-    """The mode that a value belongs to.
+    """The mode that a value belongs to."""
 
-    Attributes
-    ----------
-    shape : (3, N) array
-        Normalised so that the work of the stiffness on it is 1.
-    square : float, 1/s^2
-        Of the angular frequency.
-    by_square : float
-        Derivative of the value by it.
-    """
-
-    shape: FloatArray
-    square: float
-    by_square: float
+    shape: FloatArray  #: ``(3, N)``. Normalised so that the work of the stiffness on it is 1.
+    square: float  #: 1/s^2. Of the angular frequency.
+    by_square: float  #: Derivative of the value by it.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

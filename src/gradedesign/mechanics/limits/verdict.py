@@ -23,11 +23,8 @@ Factors: TypeAlias = Mapping[LimitKey, float]
 def limit_rows(limits: Sequence[Limit], analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:
     """Every limit that an analysis measures, with its value there.
 
-    Raises
-    ------
-    SolverError
-        If the analysis has no value of a limit that it should measure: without its row it would be
-        taken for one that holds.
+    Raises `SolverError` if the analysis has no value of a limit that it should measure: without its
+    row it would be taken for one that holds.
     """
     rows: list[LimitRow] = []
     for limit in limits:
@@ -52,11 +49,8 @@ def learned_factors(
     """Accepted over explicit value of every limit that both judged; the largest of each.
 
     The accepted one is the unfavourable end of its band, so that the next design holds there.
-
-    Raises
-    ------
-    SolverError
-        If an explicit value is 0 where acceptance finds one: no factor leads from one to the other.
+    Raises `SolverError` if an explicit value is 0 where acceptance finds one: no factor leads from
+    one to the other.
     """
     before, after = _largest(explicit), _largest(accepted)
     factors: dict[LimitKey, float] = {}

@@ -28,23 +28,12 @@ _ALL = 99.999
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class VolumePercentile:
-    """A percentile with its derivatives.
+    """A percentile with its derivatives."""
 
-    Attributes
-    ----------
-    value : float, MPa
-    by_local : (M,) array
-        Derivatives by the local stress of every tetrahedron.
-    by_density : (M,) array, MPa
-        By its effective density, at fixed local stress.
-    by_volume : (M,) array, MPa/mm^3
-        By the volume of its lattice.
-    """
-
-    value: float
-    by_local: FloatArray
-    by_density: FloatArray
-    by_volume: FloatArray
+    value: float  #: MPa.
+    by_local: FloatArray  #: ``(M,)``. Derivatives by the local stress of every tetrahedron.
+    by_density: FloatArray  #: ``(M,)``, MPa. By its effective density, at fixed local stress.
+    by_volume: FloatArray  #: ``(M,)``, MPa/mm^3. By the volume of its lattice.
 
 
 def volume_percentile(

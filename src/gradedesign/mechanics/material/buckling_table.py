@@ -20,36 +20,20 @@ LOADS = tuple(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BucklingTable:
-    """Macroscopic stresses at which one cell buckles, at some densities.
+    """Macroscopic stresses at which one cell buckles, at some densities."""
 
-    Attributes
-    ----------
-    density : (k,) array
-        Increasing.
-    critical : (k, 6, 2) array
-        Size of each Voigt component of stress, in the cell's axes, that buckles the cell if it
-        acts alone: negative (compression) and positive (tension), over the base material's
-        Young's modulus; extrapolated to no voxels.
-    cells : (k, 6, 2) int array
-        After how many cells the mode repeats, 1 or 2. 0 where the cell was not seen to buckle: it
-        does not below the value.
-    error : (k,) array
-        Largest share that the extrapolation changed.
-    resolution : (k,) int array
-        Voxels along the cell; the second grid has half of them.
-    wall_voxels : (k,) array
-        Voxels across the thinnest wall of the finer grid.
-    poissons_ratio : float
-        Of the base material.
-    """
-
-    density: FloatArray
+    density: FloatArray  #: ``(k,)``. Increasing.
+    #: ``(k, 6, 2)``. Size of each Voigt component of stress, in the cell's axes, that buckles the
+    #: cell if it acts alone: negative (compression) and positive (tension), over the base
+    #: material's Young's modulus; extrapolated to no voxels.
     critical: FloatArray
+    #: ``(k, 6, 2)``. After how many cells the mode repeats, 1 or 2. 0 where the cell was not seen
+    #: to buckle: it does not below the value.
     cells: IntArray
-    error: FloatArray
-    resolution: IntArray
-    wall_voxels: FloatArray
-    poissons_ratio: float
+    error: FloatArray  #: ``(k,)``. Largest share that the extrapolation changed.
+    resolution: IntArray  #: ``(k,)``. Voxels along the cell; the second grid has half of them.
+    wall_voxels: FloatArray  #: ``(k,)``. Voxels across the thinnest wall of the finer grid.
+    poissons_ratio: float  #: Of the base material.
     method: str
     version: str
     date: str
@@ -101,10 +85,7 @@ def buckling_entry(table: BucklingTable) -> dict[str, Any]:
 def buckling_from_entry(entry: Mapping[str, Any]) -> BucklingTable:
     """Record of what `buckling_entry` wrote.
 
-    Raises
-    ------
-    ValueError, KeyError, TypeError
-        If the entry is damaged.
+    Raises `ValueError`, `KeyError` or `TypeError` if the entry is damaged.
     """
     rows = entry["rows"]
     if tuple(entry["loads"]) != LOADS:

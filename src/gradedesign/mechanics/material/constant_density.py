@@ -16,7 +16,8 @@ def density_for_stiffness(law: ScalingLaw, share: float) -> float:
     """Smallest density of the law's window that holds a limit on what falls with the stiffness.
 
     Displacements and work of the solid part are scaled by ``1 / E*``, which is exact for a
-    homogeneous, isotropic cellular copy of the part.
+    homogeneous, isotropic cellular copy of the part. Raises `DensityError` if the window's upper
+    end is not enough.
 
     Parameters
     ----------
@@ -27,11 +28,6 @@ def density_for_stiffness(law: ScalingLaw, share: float) -> float:
     -------
     float
         The window's lower end where that is enough already.
-
-    Raises
-    ------
-    DensityError
-        If the window's upper end is not enough.
 
     References
     ----------
@@ -48,6 +44,8 @@ def density_for_stiffness(law: ScalingLaw, share: float) -> float:
 def density_for_strength(law: ScalingLaw, share: float) -> float:
     """Smallest density of the law's window that holds a limit on stress.
 
+    Raises `DensityError` if the window's upper end is not enough.
+
     Parameters
     ----------
     share : float
@@ -57,11 +55,6 @@ def density_for_strength(law: ScalingLaw, share: float) -> float:
     -------
     float
         The window's lower end where that is enough already.
-
-    Raises
-    ------
-    DensityError
-        If the window's upper end is not enough.
 
     References
     ----------

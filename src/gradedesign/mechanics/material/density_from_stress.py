@@ -20,7 +20,7 @@ def density_from_stress(
     """Smallest density in a law's window whose strength holds the stress, point by point.
 
     Where the densest is not strong enough, that one, as a start for an iteration that checks the
-    limit itself.
+    limit itself. Raises `DensityError` if a stress is not finite, or nothing is permitted.
 
     Parameters
     ----------
@@ -32,11 +32,6 @@ def density_from_stress(
     Returns
     -------
     (...) array
-
-    Raises
-    ------
-    DensityError
-        If a stress is not finite, or nothing is permitted.
 
     References
     ----------

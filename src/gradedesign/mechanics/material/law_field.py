@@ -31,18 +31,12 @@ _NO_STRESS = 1e-12
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LawField:
-    """Laws with their weights in every element.
-
-    Attributes
-    ----------
-    weights : (n, M) array or None
-        Of every law, together 1; None: there is one law, which holds everywhere.
-    stiffness_factor, strength_factor : (M,) array or None
-        Of a mix over the mean of its cells, 1 where one cell is alone; None with one law.
-    """
+    """Laws with their weights in every element."""
 
     laws: tuple[ScalingLaw, ...]
+    #: ``(n, M)``. Of every law, together 1; None: there is one law, which holds everywhere.
     weights: FloatArray | None = None
+    #: ``(M,)``. Of a mix over the mean of its cells, 1 where one cell is alone; None with one law.
     stiffness_factor: FloatArray | None = None
     strength_factor: FloatArray | None = None
 

@@ -35,17 +35,10 @@ class LocalStressLaw:
     A macroscopic stress is first turned into the local stress at every density of the law, its
     *profile*; profiles of several points or load cases can be averaged or enveloped. Between the
     densities the logarithm of a profile follows a monotone cubic in the logarithm of density.
-
-    Attributes
-    ----------
-    density : (k,) array
-        Increasing.
-    surfaces : tuple of StrengthSurface
-        One for each density, of one percentile.
     """
 
-    density: FloatArray
-    surfaces: tuple[StrengthSurface, ...]
+    density: FloatArray  #: ``(k,)``. Increasing.
+    surfaces: tuple[StrengthSurface, ...]  #: One for each density, of one percentile.
 
     def __post_init__(self) -> None:
         count = len(self.surfaces)
@@ -81,6 +74,8 @@ class LocalStressLaw:
     def at(self, profile: FloatArray, rho: FloatArray) -> FloatArray:
         """Local stress at densities between those of the law.
 
+        Raises `DensityError` if a density leaves the range.
+
         Parameters
         ----------
         profile : (k, n) array
@@ -90,11 +85,6 @@ class LocalStressLaw:
         Returns
         -------
         (n,) array
-
-        Raises
-        ------
-        DensityError
-            If a density leaves the range.
         """
         return self.slopes(profile, rho)[0]
 
@@ -139,6 +129,8 @@ class LocalStressLaw:
     ) -> FloatArray:
         """Least density at and above which the local stress stays within what is permitted.
 
+        Raises `DensityError` if the bounds leave the law's range.
+
         Parameters
         ----------
         profile : (k, n) array, MPa
@@ -150,11 +142,6 @@ class LocalStressLaw:
         -------
         (n,) array
             The upper bound where that is not strong enough, for the caller to judge.
-
-        Raises
-        ------
-        DensityError
-            If the bounds leave the law's range.
 
         Notes
         -----

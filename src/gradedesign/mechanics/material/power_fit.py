@@ -26,22 +26,13 @@ _LEAST_SAMPLES = 5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PowerFit:
-    """The power law ``c rho^n`` in a window of densities.
+    """The power law ``c rho^n`` in a window of densities."""
 
-    Attributes
-    ----------
-    c, n : float
-        Value over the base material's, and exponent.
-    window : (float, float)
-        Relative densities that were fitted.
-    residual : float
-        Largest relative departure of the fit from the law in the window.
-    """
-
+    #: Value over the base material's, and exponent.
     c: float
     n: float
-    window: tuple[float, float]
-    residual: float
+    window: tuple[float, float]  #: Relative densities that were fitted.
+    residual: float  #: Largest relative departure of the fit from the law in the window.
 
 
 def fit_power(density: FloatArray, value: FloatArray) -> PowerFit | None:
@@ -131,12 +122,8 @@ def gibson_ashby(law: ScalingLaw, density: tuple[float, float] | None = None) ->
 
     It is fitted to the densities that it is meant for, as in `power_fits`: over fewer one power law
     follows a cell more closely, and farther up or down. Its window is that in which both fits hold;
-    without a fit of strength it has none.
-
-    Raises
-    ------
-    DensityError
-        If no power law follows Young's modulus, or the windows of both fits are apart.
+    without a fit of strength it has none. Raises `DensityError` if no power law follows Young's
+    modulus, or the windows of both fits are apart.
     """
     fits = power_fits(law, density)
     modulus, strength = fits["E"], fits["strength"]

@@ -118,10 +118,7 @@ def isotropic_stiffness(youngs_modulus: FloatArray, poissons_ratio: float) -> Fl
 def within_window(name: str, window: tuple[float, float], rho: FloatArray) -> FloatArray:
     """Return densities as float64, refusing any outside the window of law ``name``.
 
-    Raises
-    ------
-    DensityError
-        Naming the law, the range found and the window; NaN counts as outside.
+    Raises `DensityError` naming the law, the range found and the window; NaN counts as outside.
     """
     values = np.asarray(rho, dtype=np.float64)
     a, b = window

@@ -19,36 +19,20 @@ class StrengthSurface:
     ``s(sigma)^m = sum_k w_k mean_R (sigma . Q_k(R) . sigma)^(m / 2)`` over the rotations R of the
     cell's symmetry, with every ``Q_k`` the von Mises form of one point of the cell. It is convex,
     of degree one, positive wherever some form is, and symmetric as the cell is.
-
-    Attributes
-    ----------
-    exponent : int
-        ``m``, even.
-    weights : (k,) array
-        Not negative.
-    forms : (k, 6, 6) array
-        Symmetric, positive semi-definite, on Voigt stresses xx, yy, zz, yz, xz, xy.
-    symmetry : str
-        ``cubic``, ``tetragonal`` (about z), ``orthotropic`` or ``none``.
-    max_error, rms_error : float
-        Relative, over directions that the fit has not seen.
-    unsafe_error : float
-        Largest relative amount by which it is too low there.
-    percentile : float
-        By volume, of the local von Mises stress it stands for.
-    distribution : (2, t) array
-        Percentages of the cell's solid and the local stress at these percentiles over that at
-        ``percentile``, mean over directions; both increasing. Empty where it is not known.
     """
 
-    exponent: int
-    weights: FloatArray
+    exponent: int  #: ``m``, even.
+    weights: FloatArray  #: ``(k,)``. Not negative.
+    #: ``(k, 6, 6)``. Symmetric, positive semi-definite, on Voigt stresses xx, yy, zz, yz, xz, xy.
     forms: FloatArray
-    symmetry: str
+    symmetry: str  #: ``cubic``, ``tetragonal`` (about z), ``orthotropic`` or ``none``.
+    #: Relative, over directions that the fit has not seen.
     max_error: float
     rms_error: float
-    unsafe_error: float
-    percentile: float
+    unsafe_error: float  #: Largest relative amount by which it is too low there.
+    percentile: float  #: By volume, of the local von Mises stress it stands for.
+    #: ``(2, t)``. Percentages of the cell's solid and the local stress at these percentiles over
+    #: that at ``percentile``, mean over directions; both increasing. Empty where it is not known.
     distribution: FloatArray = field(default_factory=lambda: np.zeros((2, 0)))
 
     def __post_init__(self) -> None:

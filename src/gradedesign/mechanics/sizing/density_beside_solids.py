@@ -43,12 +43,8 @@ def density_beside_solids(
 
     The lattice goes on beyond the part: what its faces cut is the walls' to say. The block is
     exactly one period of the cell, so that away from passive regions the effective density is the
-    nominal one, wherever the block lies in the cells.
-
-    Raises
-    ------
-    ResourceError
-        If the part has too many cells.
+    nominal one, wherever the block lies in the cells. Raises `ResourceError` if the part has too
+    many cells.
     """
     u = to_cells(mesh.points)
     period = cell.family.period

@@ -15,17 +15,10 @@ class EffectiveDensity:
 
     A passive region that fills the void of cells leaves their struts whole, in less room. Between
     the nominal densities the effective ones are linear.
-
-    Attributes
-    ----------
-    nominal : (k,) array
-        Increasing.
-    effective : (k, M) array
-        Positive, increasing along the first axis.
     """
 
-    nominal: FloatArray
-    effective: FloatArray
+    nominal: FloatArray  #: ``(k,)``. Increasing.
+    effective: FloatArray  #: ``(k, M)``. Positive, increasing along the first axis.
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "nominal", locked(self.nominal, (None,), name="nominal"))

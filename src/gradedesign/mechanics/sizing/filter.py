@@ -31,15 +31,9 @@ _COUNTED = 500
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DensityFilter:
-    """A linear map ``rho = H x`` from n design variables to M densities, as a product.
+    """A linear map ``rho = H x`` from n design variables to M densities, as a product."""
 
-    Attributes
-    ----------
-    factors : tuple of csr_matrix
-        H is their product, the first one applied last.
-    """
-
-    factors: tuple[csr_matrix, ...]
+    factors: tuple[csr_matrix, ...]  #: H is their product, the first one applied last.
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -31,56 +31,38 @@ from gradedesign.mechanics.solver.linear_solver import LinearSolver
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class HomogenisedModel:
-    """A part whose tetrahedra carry a lattice of given density.
+    """A part whose tetrahedra carry a lattice of given density."""
 
-    Attributes
-    ----------
-    space : TetSpace
-        Quadratic tetrahedra of the part.
-    volumes : (M,) array, mm^3
-    solid_fraction : (M,) array
-        Share of each tetrahedron that stays fully dense, 0 to 1.
-    rotation : (6, 6) or (6, 6, 4, M) array
-        Bond matrix that takes the law's stiffness from cell axes to global axes: one, or one at
-        each Gauss point of every tetrahedron.
-    pattern : AssemblyPattern
-        Of the space, found once.
-    stiffness_factor : float
-        Correction of the law's stiffness from explicit analyses; 1 at first.
-    stiffness_exponent : float
-        The factor holds at ``reference_density`` and grows with this power of density.
-    reference_density : float
-        Relative density.
-    effective : EffectiveDensity or None
-        That of cells beside passive regions, by the nominal one; None: they are the same.
-    walls : WallFactors or None
-        How the stiffness varies over walls of few cells; None: not at all.
-    cut_share : (M,) array or None
-        Critical stress against buckling over that of the periodic lattice, for cells that free
-        faces cut; None: 1 everywhere.
-    solid_moments : (10, M) array or None
-        Where the solid lies: means of its indicator with pairs of barycentric coordinates, in the
-        order of `gradedesign.mechanics.fe.stiffness.PAIRS`. None: evenly in every tetrahedron.
-    member_fraction : (M,) array or None
-        Share of each tetrahedron that is solid members, among ``solid_fraction``; None: none is.
-    """
-
-    space: TetSpace
-    volumes: FloatArray
+    space: TetSpace  #: Quadratic tetrahedra of the part.
+    volumes: FloatArray  #: ``(M,)``, mm^3.
+    #: ``(M,)``. Share of each tetrahedron that stays fully dense, 0 to 1.
     solid_fraction: FloatArray
     material: Material
     law: LawField
+    #: ``(6, 6) or (6, 6, 4, M)``. Bond matrix that takes the law's stiffness from cell axes to
+    #: global axes: one, or one at each Gauss point of every tetrahedron.
     rotation: FloatArray
     cases: tuple[PartLoadCase, ...]
-    pattern: AssemblyPattern
+    pattern: AssemblyPattern  #: Of the space, found once.
     solver: LinearSolver = MULTIGRID
+    #: Correction of the law's stiffness from explicit analyses; 1 at first.
     stiffness_factor: float = 1.0
+    #: The factor holds at ``reference_density`` and grows with this power of density.
     stiffness_exponent: float = 0.0
-    reference_density: float = 1.0
+    reference_density: float = 1.0  #: Relative density.
+    #: That of cells beside passive regions, by the nominal one; None: they are the same.
     effective: EffectiveDensity | None = None
+    #: How the stiffness varies over walls of few cells; None: not at all.
     walls: WallFactors | None = None
+    #: ``(M,)``. Critical stress against buckling over that of the periodic lattice, for cells that
+    #: free faces cut; None: 1 everywhere.
     cut_share: FloatArray | None = None
+    #: ``(10, M)``. Where the solid lies: means of its indicator with pairs of barycentric
+    #: coordinates, in the order of `gradedesign.mechanics.fe.stiffness.PAIRS`. None: evenly in
+    #: every tetrahedron.
     solid_moments: FloatArray | None = None
+    #: ``(M,)``. Share of each tetrahedron that is solid members, among ``solid_fraction``; None:
+    #: none is.
     member_fraction: FloatArray | None = None
 
     def __post_init__(self) -> None:

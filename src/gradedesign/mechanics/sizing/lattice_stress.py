@@ -27,19 +27,13 @@ VOIGT_PLACES = ((0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1))
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LatticeStress:
-    """Stress demand of the lattice phase of every tetrahedron in one load case.
+    """Stress demand of the lattice phase of every tetrahedron in one load case."""
 
-    Attributes
-    ----------
-    demand : (k, M) array, MPa
-        Means over the tetrahedron's quadrature points, of every law in turn. Where a law knows the
-        local stress under any macroscopic one, its profile over the densities of the law; else one
-        row, the macroscopic von Mises stress.
-    buckling : (b, M) array
-        Utilisation of the resistance against buckling, as `LawField.buckling_profile`.
-    """
-
+    #: ``(k, M)``, MPa. Means over the tetrahedron's quadrature points, of every law in turn. Where
+    #: a law knows the local stress under any macroscopic one, its profile over the densities of the
+    #: law; else one row, the macroscopic von Mises stress.
     demand: FloatArray
+    #: ``(b, M)``. Utilisation of the resistance against buckling, as `LawField.buckling_profile`.
     buckling: FloatArray
 
     def __post_init__(self) -> None:

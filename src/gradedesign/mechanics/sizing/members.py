@@ -33,44 +33,26 @@ POINTS = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Members:
-    """Solid members as variables of sizing.
+    """Solid members as variables of sizing."""
 
-    Attributes
-    ----------
-    filter : DensityFilter
-        From the variables of tetrahedra, 0 to 1, to a value at each of their Gauss points, which
-        the step makes a share: `member_filter`.
-    radius : float, mm
-        Of that filter, which follows from the least member.
-    sharpness : float
-        Of the step; 0: the share is the filtered variable itself.
-    price : float
-        How much more a share between 0 and 1 costs than it weighs: ``1 + price`` times near 0.
-    """
-
+    #: From the variables of tetrahedra, 0 to 1, to a value at each of their Gauss points, which the
+    #: step makes a share: `member_filter`.
     filter: DensityFilter
-    radius: float
-    sharpness: float = 0.0
+    radius: float  #: mm. Of that filter, which follows from the least member.
+    sharpness: float = 0.0  #: Of the step; 0: the share is the filtered variable itself.
+    #: How much more a share between 0 and 1 costs than it weighs: ``1 + price`` times near 0.
     price: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MemberField:
-    """Where the bodies of solid members lie.
+    """Where the bodies of solid members lie."""
 
-    Attributes
-    ----------
-    variables : (M,) array
-        Of every tetrahedron, not filtered: their surface is where the filtered ones are a half.
-    radius : float, mm
-        Of the filter.
-    offset : float, mm
-        By which the surface is moved outward then.
-    """
-
+    #: ``(M,)``. Of every tetrahedron, not filtered: their surface is where the filtered ones are a
+    #: half.
     variables: FloatArray
-    radius: float
-    offset: float = 0.0
+    radius: float  #: mm. Of the filter.
+    offset: float = 0.0  #: mm. By which the surface is moved outward then.
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "variables", locked(self.variables, (None,), name="variables"))

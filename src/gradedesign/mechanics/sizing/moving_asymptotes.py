@@ -45,21 +45,11 @@ _NEWTON_STEPS, _HALVINGS = 60, 40
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Asymptotes:
-    """Distances of the asymptotes of every variable, with the last step.
+    """Distances of the asymptotes of every variable, with the last step."""
 
-    Attributes
-    ----------
-    distance : (n,) array
-        Of both asymptotes from the logarithm of the variable.
-    at : (n,) array
-        Variables of the design that they are for.
-    step : (n,) array
-        Step that led to those, in logarithms; zero at first.
-    """
-
-    distance: FloatArray
-    at: FloatArray
-    step: FloatArray
+    distance: FloatArray  #: ``(n,)``. Of both asymptotes from the logarithm of the variable.
+    at: FloatArray  #: ``(n,)``. Variables of the design that they are for.
+    step: FloatArray  #: ``(n,)``. Step that led to those, in logarithms; zero at first.
 
 
 def first_asymptotes(x: FloatArray, lower: FloatArray, upper: FloatArray) -> Asymptotes:

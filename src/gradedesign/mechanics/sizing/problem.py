@@ -51,40 +51,26 @@ class SizingStep:
 class SizingProblem:
     """Sizing problem: least mass at which all limits hold.
 
-    Attributes
-    ----------
-    bounds : (float, float)
-        Of every design variable; where ``windows`` is None, density bounds: the intersection of
-        user, family and law.
-    filter : DensityFilter
-        From design variables to element densities, rows summing to 1. One column is a uniform
-        density.
-    windows : ((M,) array, (M,) array) or None
-        Density bounds of every element, where they differ. A filtered variable then says how far
-        from the lower to the upper of its element's bounds the density lies, as far as it lies
-        itself between ``bounds``: no density leaves its element's bounds, and none jumps where
-        they do not.
-    members : Members or None
-        Solid members among the lattice, further variables; None: lattice alone.
-    target : float
-        Utilisation of the governing limit that sizing aims at, just below 1.
-
-    Raises
-    ------
-    DensityError
-        If the bounds are empty.
-    ValueError
-        If a limit is not positive: one relative to the solid part that its analysis has not
-        resolved yet.
+    Raises `DensityError` if the bounds are empty; `ValueError` if a limit is not positive: one
+    relative to the solid part that its analysis has not resolved yet.
     """
 
     model: HomogenisedModel
     limits: tuple[Limit, ...]
+    #: Of every design variable; where ``windows`` is None, density bounds: the intersection of
+    #: user, family and law.
     bounds: tuple[float, float]
+    #: From design variables to element densities, rows summing to 1. One column is a uniform
+    #: density.
     filter: DensityFilter
+    #: ((M,) array, (M,) array). Density bounds of every element, where they differ. A filtered
+    #: variable then says how far from the lower to the upper of its element's bounds the density
+    #: lies, as far as it lies itself between ``bounds``: no density leaves its element's bounds,
+    #: and none jumps where they do not.
     windows: tuple[FloatArray, FloatArray] | None = None
+    #: Solid members among the lattice, further variables; None: lattice alone.
     members: Members | None = None
-    target: float = 1.0
+    target: float = 1.0  #: Utilisation of the governing limit that sizing aims at, just below 1.
 
     def __post_init__(self) -> None:
         lo, hi = self.bounds
@@ -204,32 +190,19 @@ def filtered_for(problem: SizingProblem, rho: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SizingResult:
-    """A density per tetrahedron with the history that led to it.
+    """A density per tetrahedron with the history that led to it."""
 
-    Attributes
-    ----------
-    rho : (M,) array
-        Density of every tetrahedron.
-    variables : (n,) array
-        Design variables, see `element_densities` and `member_variables`.
-    members : MemberField or None
-        Of solid members; None: lattice alone.
-    history : tuple of SizingStep
-        The last step is that of ``rho``.
-    converged : bool
-        Iteration ended because nothing changed any more, not because iterations ran out.
-    feasible : bool
-        Every limit holds at ``rho`` on the homogenised part with its corrections: each utilisation
-        is at most 1. The aim, `SizingProblem.target`, does not enter: a design between aim and
-        limit is feasible, one a thousandth beyond a limit is not.
-    """
-
-    rho: FloatArray
+    rho: FloatArray  #: ``(M,)``. Density of every tetrahedron.
+    #: ``(n,)``. Design variables, see `element_densities` and `member_variables`.
     variables: FloatArray
-    history: tuple[SizingStep, ...]
+    history: tuple[SizingStep, ...]  #: The last step is that of ``rho``.
+    #: Iteration ended because nothing changed any more, not because iterations ran out.
     converged: bool
+    #: Every limit holds at ``rho`` on the homogenised part with its corrections: each utilisation
+    #: is at most 1. The aim, `SizingProblem.target`, does not enter: a design between aim and limit
+    #: is feasible, one a thousandth beyond a limit is not.
     feasible: bool
-    members: MemberField | None = None
+    members: MemberField | None = None  #: Of solid members; None: lattice alone.
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rho", locked(self.rho, (None,), name="rho"))

@@ -244,22 +244,12 @@ def _floor(problem: SizingProblem, state: SolvedState) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Analysed:
-    """One analysed design: every limit, and the governing values by gradient that are in reach.
-
-    Attributes
-    ----------
-    utilisations : tuple of float
-        Of every limit.
-    governing : (k,) array
-        Utilisations at the points that govern limits by gradient.
-    gradients : (k, P) array
-        Theirs by every variable of the design.
-    """
+    """One analysed design: every limit, and the governing values by gradient that are in reach."""
 
     state: SolvedState
-    utilisations: tuple[float, ...]
-    governing: FloatArray
-    gradients: FloatArray
+    utilisations: tuple[float, ...]  #: Of every limit.
+    governing: FloatArray  #: ``(k,)``. Utilisations at the points that govern limits by gradient.
+    gradients: FloatArray  #: ``(k, P)``. Theirs by every variable of the design.
 
 
 def _analyse(

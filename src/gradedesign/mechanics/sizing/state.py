@@ -52,28 +52,17 @@ _BEYOND = 2
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SolvedState:
-    """A `HomogenisedState`: the model, the densities and what solves their load cases.
-
-    Attributes
-    ----------
-    rho : (M,) array
-    share : (4 M,) array or None
-        Of the room for lattice at every Gauss point that solid members take; None: no members.
-    lattice_alone : HomogenisedModel
-        The model without these members.
-    solutions : dict of load case to Solution
-    stress : dict of load case to LatticeStress
-        Empty unless a limit needs it.
-    natural_modes, buckling_modes : dict of load case to Modes
-        Of those whose modes a limit asks for.
-    """
+    """A `HomogenisedState`: the model, the densities and what solves their load cases."""
 
     model: HomogenisedModel
-    rho: FloatArray
+    rho: FloatArray  #: ``(M,)``.
+    #: ``(4 M,)``. Of the room for lattice at every Gauss point that solid members take; None: no
+    #: members.
     share: FloatArray | None
-    lattice_alone: HomogenisedModel
-    solutions: dict[str, Solution]
-    stress: dict[str, LatticeStress]
+    lattice_alone: HomogenisedModel  #: The model without these members.
+    solutions: dict[str, Solution]  #: By load case.
+    stress: dict[str, LatticeStress]  #: By load case. Empty unless a limit needs it.
+    #: By load case. Of those whose modes a limit asks for.
     natural_modes: dict[str, Modes] = field(default_factory=dict)
     buckling_modes: dict[str, Modes] = field(default_factory=dict)
 

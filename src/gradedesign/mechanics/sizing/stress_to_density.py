@@ -52,6 +52,8 @@ def size_by_stress(
 ) -> SizingResult:
     """Least factor on the stress of the solid part with which every limit holds.
 
+    Raises `DensityError` if the law has no strength, or the solid part no stress where lattice is.
+
     Parameters
     ----------
     problem : SizingProblem
@@ -71,11 +73,6 @@ def size_by_stress(
     -------
     SizingResult
         Its one variable is the factor.
-
-    Raises
-    ------
-    DensityError
-        If the law has no strength, or the solid part no stress where lattice is.
     """
     model = problem.model
     weights = model.lattice_volumes / model.lattice_volumes.sum()
@@ -133,10 +130,7 @@ def mapped_density(
 def _largest_stress(problem: SizingProblem, stress: Sequence[LatticeStress]) -> tuple[float, float]:
     """Largest stress in the solid by the law with all densities at a bound, lower and upper, MPa.
 
-    Raises
-    ------
-    DensityError
-        If there is none.
+    Raises `DensityError` if there is none.
     """
     model = problem.model
     lattice = model.lattice_volumes > 0

@@ -191,12 +191,8 @@ def _words(wall: WallKind) -> str:
 def _class(cells: WallMaterial, wall: WallKind, before: Callable[[], None]) -> WallClass:
     """Ratios of one kind of wall at all densities; `before` is called where any is computed.
 
-    Raises
-    ------
-    ResourceError
-        If the wall takes more than `MOST_VOXELS`.
-    DensityError, LatticeError, SolverError
-        If it has no ratios.
+    Raises `ResourceError` if the wall takes more than `MOST_VOXELS`, and `DensityError` or
+    `LatticeError` or `SolverError` if it has no ratios.
     """
     voxels = _voxels(cells, wall)
     if voxels > MOST_VOXELS:

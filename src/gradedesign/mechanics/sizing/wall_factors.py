@@ -31,33 +31,26 @@ _HEIGHTS = 2001
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WallClass:
-    """Ratios of one kind of wall at the densities of `WallFactors`.
+    """Ratios of one kind of wall at the densities of `WallFactors`."""
 
-    Attributes
-    ----------
-    solid : (k,) array
-        Density of the wall over that of the periodic lattice.
-    mean, outward, inward : (k, 3) arrays
-        Uniform part of the profiles and their parts towards the faces and the middle: along the
-        first in-plane axis, the second, and shear between them.
-    shear : (k, 2) array
-        Factor on the transverse shear stiffness along the first axis and the second.
-    exponent : int
-        Of both profiles.
-    """
-
-    solid: FloatArray
+    solid: FloatArray  #: ``(k,)``. Density of the wall over that of the periodic lattice.
+    #: ``(k, 3)``. Uniform part of the profiles and their parts towards the faces and the middle:
+    #: along the first in-plane axis, the second, and shear between them.
     mean: FloatArray
     outward: FloatArray
     inward: FloatArray
+    #: ``(k, 2)``. Factor on the transverse shear stiffness along the first axis and the second.
     shear: FloatArray
-    exponent: int
+    exponent: int  #: Of both profiles.
 
 
 def wall_class(
     solid: FloatArray, membrane: FloatArray, bending: FloatArray, shear: FloatArray
 ) -> WallClass:
     """Profiles that have the membrane, bending and shear ratios of a wall.
+
+    Raises `DensityError` if no profile has such a bending stiffness: more than all solid at the
+    faces has, or less than all in the middle.
 
     Parameters
     ----------
@@ -66,12 +59,6 @@ def wall_class(
     membrane, bending : (k, 3) arrays
     shear : (k, 2) array
         Over ``5/6 G h``, that of a uniform plate.
-
-    Raises
-    ------
-    DensityError
-        If no profile has such a bending stiffness: more than all solid at the faces has, or less
-        than all in the middle.
     """
     relative = bending / membrane - 1
     for exponent in EXPONENTS:
@@ -128,24 +115,14 @@ def _shear_share(outward: float, inward: float, exponent: int) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WallFactors:
-    """Walls about every tetrahedron, at the points of an integration rule.
+    """Walls about every tetrahedron, at the points of an integration rule."""
 
-    Attributes
-    ----------
-    density : (k,) array
-        Increasing; the ratios are linear between them.
-    kind : (3, M) int array
-        Class of the wall across each axis of the cells; -1 where there is none.
-    height : (3, q, M) array
-        Place of every point in that wall, -1 and 1 at its faces.
-    points, weights : (q, 4) and (q,) arrays
-        The rule.
-    """
-
-    density: FloatArray
+    density: FloatArray  #: ``(k,)``. Increasing; the ratios are linear between them.
     classes: tuple[WallClass, ...]
+    #: ``(3, M)``. Class of the wall across each axis of the cells; -1 where there is none.
     kind: IntArray
-    height: FloatArray
+    height: FloatArray  #: ``(3, q, M)``. Place of every point in that wall, -1 and 1 at its faces.
+    #: ``(q, 4) and (q,)``. The rule.
     points: FloatArray
     weights: FloatArray
 
@@ -240,12 +217,8 @@ class WallFactors:
 def _density_piece(density: FloatArray, rho: FloatArray, quantity: str) -> IntArray:
     """Interval, from 0 to ``k - 2``, between increasing densities ``(k,)`` that holds each ``rho``.
 
-    ``quantity`` names what is known there, in the plural.
-
-    Raises
-    ------
-    DensityError
-        If a density lies beyond the first or the last.
+    ``quantity`` names what is known there, in the plural. Raises `DensityError` if a density lies
+    beyond the first or the last.
     """
     low, high = density[0], density[-1]
     if not ((rho >= low - 1e-9) & (rho <= high + 1e-9)).all():

@@ -19,22 +19,12 @@ _SLOWEST_COARSENING = 0.7
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CoarseLevel:
-    """A coarser problem and the way back.
+    """A coarser problem and the way back."""
 
-    Attributes
-    ----------
-    matrix : bsr_matrix
-        Galerkin product, 6 by 6 blocks.
-    keep : (n_coarse,) array
-        0 for unknowns that stand for nothing, 1 elsewhere.
-    candidates : (n_coarse, 6) array
-        Rigid modes on the coarse level.
-    """
-
-    matrix: bsr_matrix
+    matrix: bsr_matrix  #: Galerkin product, 6 by 6 blocks.
     prolongation: bsr_matrix
-    keep: FloatArray
-    candidates: FloatArray
+    keep: FloatArray  #: ``(n_coarse,)``. 0 for unknowns that stand for nothing, 1 elsewhere.
+    candidates: FloatArray  #: ``(n_coarse, 6)``. Rigid modes on the coarse level.
 
 
 def coarsen(

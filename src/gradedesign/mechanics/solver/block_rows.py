@@ -23,17 +23,11 @@ _EIGENVALUE_MARGIN = 1.1
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BlockRows:
-    """A matrix of dense blocks in compressed rows, in single precision.
-
-    Attributes
-    ----------
-    row, column : int32 arrays
-    blocks : (n_blocks, r, c) float32 array
-    """
+    """A matrix of dense blocks in compressed rows, in single precision."""
 
     row: NDArray[np.int32]
     column: NDArray[np.int32]
-    blocks: SingleArray
+    blocks: SingleArray  #: ``(n_blocks, r, c)`` float32.
 
 
 def product(

@@ -21,26 +21,15 @@ from gradedesign.mechanics.solver.block_rows import (
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Smoother:
-    """Chebyshev's iteration for one matrix.
-
-    Attributes
-    ----------
-    keep : (n,) float32 array
-        0 on fixed unknowns, 1 elsewhere.
-    inverse : (n / b, b, b) float32 array
-        Inverted diagonal blocks, zero where fixed.
-    largest : float
-        Safe estimate of the largest eigenvalue of the inverted diagonal times the matrix.
-    span : float
-        Eigenvalues from `largest` down to `largest` / `span` are damped.
-    """
+    """Chebyshev's iteration for one matrix."""
 
     matrix: BlockRows
-    keep: SingleArray
-    inverse: SingleArray
+    keep: SingleArray  #: ``(n,)`` float32. 0 on fixed unknowns, 1 elsewhere.
+    inverse: SingleArray  #: ``(n / b, b, b)`` float32. Inverted diagonal blocks, zero where fixed.
+    #: Safe estimate of the largest eigenvalue of the inverted diagonal times the matrix.
     largest: float
     steps: int
-    span: float
+    span: float  #: Eigenvalues from `largest` down to `largest` / `span` are damped.
 
 
 def smooth(

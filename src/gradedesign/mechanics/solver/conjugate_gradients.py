@@ -20,19 +20,11 @@ _RESTARTS = 2
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Iterate:
-    """Last state of an iteration for k right-hand sides.
+    """Last state of an iteration for k right-hand sides."""
 
-    Attributes
-    ----------
-    x : (k, n) array
-    iterations : (k,) int array
-    residual : (k,) array
-        True residual over the right-hand side.
-    """
-
-    x: FloatArray
-    iterations: IntArray
-    residual: FloatArray
+    x: FloatArray  #: ``(k, n)``.
+    iterations: IntArray  #: ``(k,)``.
+    residual: FloatArray  #: ``(k,)``. True residual over the right-hand side.
 
 
 def conjugate_gradients(

@@ -47,6 +47,9 @@ def direct_method(unknowns: int) -> str | None:
 def solve_direct(matrix: bsr_matrix, keep: BoolArray, right: FloatArray) -> tuple[FloatArray, str]:
     """Solve for the unknowns to keep, for several right-hand sides at once.
 
+    Raises `SolverError` if the system is not positive definite, or too large for the solvers
+    installed, and `ResourceError` if the factors do not fit the memory left.
+
     Parameters
     ----------
     matrix : bsr_matrix
@@ -60,13 +63,6 @@ def solve_direct(matrix: bsr_matrix, keep: BoolArray, right: FloatArray) -> tupl
     x : (k, n) array
     method : str
         ``"pardiso"`` or ``"superlu"``.
-
-    Raises
-    ------
-    SolverError
-        If the system is not positive definite, or too large for the solvers installed.
-    ResourceError
-        If the factors do not fit the memory left.
     """
     x = np.zeros_like(right)
     free = np.flatnonzero(keep)

@@ -47,44 +47,29 @@ _SEED = 2029
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ModeProblem:
-    """Stiffness and mass of n unknowns.
+    """Stiffness and mass of n unknowns."""
 
-    Attributes
-    ----------
-    stiffness, mass : callable
-        Products with ``K`` and ``M``, ``(n,)`` to ``(n,)``.
-    of, none : str
-        Values of the modes in words, and why there may be none.
-    precondition : callable
-        Products of k vectors with about the inverse of ``K``, ``(k, n)`` to ``(k, n)``.
-    start : sequence of (n,) arrays
-        Vectors of which the best combinations are where the iteration starts.
-    """
-
+    #: Products with ``K`` and ``M``, ``(n,)`` to ``(n,)``.
     stiffness: _Product
     mass: _Product
+    #: Products of k vectors with about the inverse of ``K``, ``(k, n)`` to ``(k, n)``.
     precondition: _Product
+    #: sequence of (n,) arrays. Vectors of which the best combinations are where the iteration
+    #: starts.
     start: Sequence[FloatArray]
+    #: Values of the modes in words, and why there may be none.
     of: str = "natural frequencies"
     none: str = "the solid has no mass, so that it has no natural frequency"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Modes:
-    """Lowest modes, in order.
+    """Lowest modes, in order."""
 
-    Attributes
-    ----------
-    values : (k,) array
-        Squares of the angular frequencies, 1/s^2, or factors of the load; all positive.
-    shapes : (k, n) array
-        Normalised so that the work ``x K x`` is 1.
-    residuals : (k,) array
-        Of every mode relative to its work, in the norm of the preconditioner.
-    """
-
+    #: ``(k,)``. Squares of the angular frequencies, 1/s^2, or factors of the load; all positive.
     values: FloatArray
-    shapes: FloatArray
+    shapes: FloatArray  #: ``(k, n)``. Normalised so that the work ``x K x`` is 1.
+    #: ``(k,)``. Of every mode relative to its work, in the norm of the preconditioner.
     residuals: FloatArray
     iterations: int
 
@@ -121,6 +106,8 @@ def lowest_modes(
 ) -> Modes:
     """Lowest modes of a held solid, of positive values.
 
+    Raises `SolverError` if the iteration does not converge, or there is no mode.
+
     Parameters
     ----------
     count : int
@@ -130,11 +117,6 @@ def lowest_modes(
         Of the load case, for messages.
     guard : int
         Modes that are iterated beyond those asked for.
-
-    Raises
-    ------
-    SolverError
-        If the iteration does not converge, or there is no mode.
     """
     block = _first_block(problem, count + guard, name)
     wanted = min(count, len(block.x))
@@ -175,12 +157,8 @@ def lowest_modes(
 def lowest_factors(problem: ModeProblem, count: int, *, rtol: float, name: str) -> Modes:
     """Lowest factors of a load at which a held solid buckles, see `lowest_modes`.
 
-    The mass of the problem is what the load takes off the stiffness.
-
-    Raises
-    ------
-    SolverError
-        If the iteration does not converge, or the load compresses nothing.
+    The mass of the problem is what the load takes off the stiffness. Raises `SolverError` if the
+    iteration does not converge, or the load compresses nothing.
     """
     buckling = replace(
         problem,

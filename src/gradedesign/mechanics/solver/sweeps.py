@@ -36,33 +36,21 @@ _SPREAD = (
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Sweeps:
-    """A symmetric matrix of 3 by 3 blocks, renumbered and split for sweeps.
+    """A symmetric matrix of 3 by 3 blocks, renumbered and split for sweeps."""
 
-    Attributes
-    ----------
-    order : (n,) int32 array
-        Node at every new place.
-    pieces : (k + 1,) int array
-        First place of every piece, and n.
-    inner, outer : tuple of arrays
-        Start, column and blocks: the lower triangle inside pieces, and all between pieces.
-    inverse : (n, 3, 3) float32 array
-        Inverted diagonal blocks, with `weakest` on their diagonal; zero where fixed.
-    weakest : (3 n,) float32 array
-        Half the row sums of the magnitudes of `outer`. On the diagonal they make the sweep converge
-        whatever the pieces are (Baker, Falgout, Kolev and Yang, SIAM J. Sci. Comput. 33, 2011,
-        p. 2864, section 5).
-    keep : (3 n,) float32 array
-        0 on fixed unknowns, 1 elsewhere, in new places.
-    """
-
-    order: NDArray[np.int32]
-    pieces: IntArray
+    order: NDArray[np.int32]  #: ``(n,)`` int32. Node at every new place.
+    pieces: IntArray  #: ``(k + 1,)``. First place of every piece, and n.
+    #: Start, column and blocks: the lower triangle inside pieces, and all between pieces.
     inner: kernels.Rows
     outer: kernels.Rows
+    #: ``(n, 3, 3)`` float32. Inverted diagonal blocks, with `weakest` on their diagonal; zero where
+    #: fixed.
     inverse: SingleArray
+    #: ``(3 n,)`` float32. Half the row sums of the magnitudes of `outer`. On the diagonal they make
+    #: the sweep converge whatever the pieces are (Baker, Falgout, Kolev and Yang, SIAM J. Sci.
+    #: Comput. 33, 2011, p. 2864, section 5).
     weakest: SingleArray
-    keep: SingleArray
+    keep: SingleArray  #: ``(3 n,)`` float32. 0 on fixed unknowns, 1 elsewhere, in new places.
 
 
 def build_sweeps(
