@@ -9,7 +9,6 @@ from gradedesign.common.values.formula import Formula, evaluate_formula, parse_f
 from gradedesign.common.values.suggest import shown
 from gradedesign.common.values.value_types import JsonSchema, Number, Reader, Refused
 from gradedesign.errors import CaseError
-from gradedesign.geometry.lattice.density_source import DensitySource
 
 
 class DensityRange(Reader):
@@ -99,7 +98,7 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def formula_field(formula: Formula, distance: Field) -> DensitySource:
+def formula_field(formula: Formula, distance: Field) -> Field:
     """Value of a formula at points.
 
     Returns callable: points ``(3, ...)`` mm to values ``(...)``.
