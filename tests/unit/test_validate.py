@@ -141,6 +141,16 @@ def test_two_cases_of_one_name_and_a_damaged_history_are_refused(cli, suite, tmp
     assert cli("validate", folder / "one", "--changed").code == 2
 
 
+def test_a_case_that_is_named_is_run_without_those_below_it(cli, suite):
+    """Else the process of a case would answer for two."""
+    folder, _ = suite
+    (folder / "two").rename(folder / "one" / "two")
+    count = cli("validate", folder / "one" / "two").out.count(" ok ")
+    assert count > 0
+    assert cli("validate", folder / "one").out.count(" ok ") == count
+    assert cli("validate", folder).out.count(" ok ") == 2 * count
+
+
 def test_everything_as_expected(cli, suite):
     folder, _ = suite
     ended = cli("validate", folder)

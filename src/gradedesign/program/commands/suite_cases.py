@@ -60,15 +60,17 @@ def suite_case(folder: Path, registry: Registry, program_key: str) -> SuiteCase:
 
 
 def case_folders(folders: Sequence[Path], keyword: str) -> list[Path]:
-    """Folders that hold a case and its expectations, themselves or anywhere below.
+    """Folders that hold a case and its expectations, themselves or else anywhere below.
 
+    A folder that is named and holds a case is that case alone, as each process of a suite needs it.
     What stands in folders with a leading dot does not count. Raises CaseError if none matches, and
     if two have one name.
     """
     candidates: dict[Path, Path] = {}
     for folder in folders:
         below = sorted(folder.rglob("expected.toml")) if is_folder(folder) else []
-        for found in (path.parent for path in below):
+        own = folder / "expected.toml"
+        for found in (path.parent for path in ([own] if own in below else below)):
             hidden = any(part.startswith(".") for part in found.relative_to(folder).parts)
             if (found / "case.toml").is_file() and not hidden:
                 candidates.setdefault(found.resolve(), found)
