@@ -141,14 +141,6 @@ def test_uses_add_up() -> None:
     assert residual < 1e-9
 
 
-def test_the_least_density_uses_just_what_is_permitted() -> None:
-    law = BucklingLaw(table=buckling_table())
-    profile = law.profile(np.array([[-1e-3], [0], [0], [0], [0], [0]]) * [1.0, 1e-3, 1e3])
-    found = law.least_density(profile, 0.5, (0.05, 0.9))
-    # 1e-3 / (0.1 rho^2) = 0.5; one is strong enough at once, one nowhere.
-    np.testing.assert_allclose(found, [np.sqrt(0.02), 0.05, 0.9], rtol=1e-9)
-
-
 def test_critical_stresses_grow_faster_than_is_taken_beyond_the_densest_cell() -> None:
     """All shipped tables, where a mode was seen at both densities."""
     seen = 0
@@ -288,7 +280,6 @@ def test_long_waves_alone_bound_the_density_of_a_law_without_a_table(factor) -> 
     predicted = limit.predict(state)
     assert predicted.value / limit.allowed == pytest.approx((expected / 0.3) ** 1.4, rel=2e-3)
     assert predicted.governs == "waves of many cells"
-    np.testing.assert_allclose(limit.least_density(state), expected, rtol=2e-3)
     # Cells that faces cut bear a share.
     cut = replace(model, cut_share=np.full(count, 0.8))
     assert limit.predict(solved_state(cut, rho, (limit,))).value == pytest.approx(

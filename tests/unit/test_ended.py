@@ -173,27 +173,6 @@ def lattice(skin=(), window=0.8):
     )
 
 
-def test_stress_is_out_of_reach_where_all_that_need_more_have_all(monkeypatch):
-    """Densities from 0.2 to 0.6; the third tetrahedron holds no lattice."""
-    key, tets = LimitKey(kind="stress"), np.array([0.0, 0.0, 1.0])
-
-    def gain(asked, rho):
-        limit = SimpleNamespace(
-            key=key, by_gradient=False, allowed=1.0, least_density=lambda _: np.array(asked)
-        )
-        state = SimpleNamespace(rho=np.array(rho), model=SimpleNamespace(solid_fraction=tets))
-        solved = SimpleNamespace(limits={key: limit}, state=state)
-        return saturation._gain(solved, key, {}, (np.full(3, 0.2), np.full(3, 0.6)))
-
-    monkeypatch.setattr(saturation, "tightened_limits", lambda limits, _: limits)
-    asked = [0.8, 0.3, 0.8]
-    assert gain(asked, [0.6, 0.4, 0.2]) == 0.0
-    # The first could still rise.
-    assert gain(asked, [0.5, 0.4, 0.6]) is None
-    # Nobody asks for more.
-    assert gain([0.1] * 3, [0.6] * 3) is None
-
-
 def test_the_sentence_names_what_would_help():
     assert sentence(lattice(), row(1.3), 0.0) == (
         "this lattice cannot reach the limit on displacement of tip magnitude (pull): every "
@@ -226,8 +205,10 @@ def test_a_limit_that_an_earlier_design_held_is_within_reach():
 
 
 def test_no_sentence_is_made_of_a_limit_that_an_earlier_design_held(monkeypatch):
-    monkeypatch.setattr(saturation, "_solved", lambda *_: None)
-    monkeypatch.setattr(saturation, "_gain", lambda *_: 0.0)
+    solved = SimpleNamespace(limits={row(1.0).key: None}, state=SimpleNamespace(rho=None))
+    monkeypatch.setattr(saturation, "_solved", lambda *_: solved)
+    monkeypatch.setattr(saturation, "_relative_slope", lambda *_: None)
+    monkeypatch.setattr(saturation, "density_gain", lambda *_: 0.0)
     monkeypatch.setattr(saturation, "element_bounds", lambda _: None)
     setup = lattice()
     setup.limits = (SimpleNamespace(key=row(1.0).key, scatter=1.0),)

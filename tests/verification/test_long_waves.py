@@ -23,8 +23,9 @@ from scipy.optimize import brentq
 
 from gradedesign import load_case, run
 from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.mechanics.material import long_waves
 from gradedesign.mechanics.material.law_field import LawField
-from gradedesign.mechanics.material.long_waves import SWAY, density_for_long_waves, long_wave_use
+from gradedesign.mechanics.material.long_waves import SWAY, long_wave_slopes, long_wave_use
 from gradedesign.mechanics.material.scaling_law import ScalingLaw, isotropic_stiffness
 from gradedesign.program.host.registry import build_registry
 
@@ -185,17 +186,30 @@ def test_the_search_finds_the_worst_wave_of_an_anisotropic_stiffness() -> None:
         assert slow * (1 - 1e-3) < found < 1.02 * slow
 
 
-def test_the_least_density_uses_just_what_is_permitted() -> None:
+def test_derivatives_of_the_use_are_its_differences(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of cubic cells under any stress, also where trimmed cells leave the law's window."""
+    # Differences see how far the search for the wave goes.
+    monkeypatch.setattr(long_waves, "_LAST_STEP", 1e-6)
     law = law_of("sc")
     rng = np.random.default_rng(75)
-    stress = rng.standard_normal((6, 200)) * 10 ** rng.uniform(-5, -1, 200)
-    rho = density_for_long_waves(law, stress, 0.7)
-    use = long_wave_use(law, stress, rho, 0.0)
-    inner = (rho > law.window[0]) & (rho < law.window[1])
-    assert inner.sum() > 50
-    np.testing.assert_allclose(use[inner], 0.7, rtol=1.1e-3)
-    assert (use[rho == law.window[0]] <= 0.7).all()
-    assert (use[rho == law.window[1]] > 0.7 * 0.998).all()
+    stress = rng.standard_normal((6, 40)) * 1e-2
+    low, high = law.window
+    rho = np.concatenate([rng.uniform(low, high, 30), rng.uniform(1.01, 1.2, 10) * high])
+    by_stress, by_rho = long_wave_slopes(law, stress, rho)
+    assert (by_rho < 0).sum() > 30
+
+    def difference(turn, denser):
+        ahead, back = (
+            long_wave_use(law, stress + s * turn, rho + s * denser, 0.0) for s in (1.0, -1.0)
+        )
+        return (ahead - back) / 2.0
+
+    for component in range(6):
+        step = np.zeros((6, 1))
+        step[component] = 1e-7
+        found = by_stress[component] * 1e-7
+        np.testing.assert_allclose(found, difference(step, 0.0), rtol=1e-4, atol=1e-9)
+    np.testing.assert_allclose(by_rho * 1e-5, difference(0.0, 1e-5), rtol=1e-4, atol=1e-10)
 
 
 COLUMN = """\

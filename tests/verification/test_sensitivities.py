@@ -16,6 +16,7 @@ from gradedesign.mechanics.fe.loads import traction_force
 from gradedesign.mechanics.fe.space import tet_space
 from gradedesign.mechanics.fe.stress import weighted_percentile
 from gradedesign.mechanics.fe.supports import supports_on
+from gradedesign.mechanics.limits.cell_buckling import _NORM, WAVES, BucklingLimit
 from gradedesign.mechanics.limits.displacement import DisplacementLimit
 from gradedesign.mechanics.limits.frequency import FrequencyLimit
 from gradedesign.mechanics.limits.key import LimitKey
@@ -23,6 +24,9 @@ from gradedesign.mechanics.limits.local_stress import StressLimit
 from gradedesign.mechanics.limits.member_stress import MemberStressLimit
 from gradedesign.mechanics.limits.part_buckling import PartBucklingLimit
 from gradedesign.mechanics.limits.volume_percentile import volume_percentile
+from gradedesign.mechanics.material import long_waves
+from gradedesign.mechanics.material.buckling_law import BucklingLaw
+from gradedesign.mechanics.material.buckling_table import BucklingTable
 from gradedesign.mechanics.material.law_field import SPREAD, LawField
 from gradedesign.mechanics.material.local_stress_law import LocalStressLaw
 from gradedesign.mechanics.material.material import Material
@@ -193,6 +197,62 @@ def test_gradient_of_the_load_factor_where_a_skin_lies_at_a_face(turns):
     model = skinned(model)
     model = turned(model, rng) if turns else model
     assert_slope(model, PART_BUCKLING, rho, rng, value=smoothed)
+
+
+SHORT_WAVES = BucklingLaw(
+    table=BucklingTable(
+        density=np.array([0.1, 0.3]),
+        critical=np.array([0.002, 0.011])[:, None, None] * [[1.0, 6.0]] * np.ones((6, 1)),
+        cells=np.full((2, 6, 2), 2), error=np.full(2, 0.01), resolution=np.full(2, 40),
+        wall_voxels=np.full(2, 3.0), poissons_ratio=0.3, method="none", version="0", date="none",
+    )
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("temperature", [0.0, 80.0], ids=["force", "thermal"])
+@pytest.mark.parametrize("waves", ["short", "long", "mix", "turned", "trimmed"])
+def test_gradient_of_cell_buckling_matches_central_differences(waves, temperature, monkeypatch):
+    # Differences see how far the search for the wave goes.
+    monkeypatch.setattr(long_waves, "_LAST_STEP", 1e-6)
+    model, _, rho, rng = _problem((0.0, 0.0, 0.0), temperature, None)
+    law = LAW if waves == "long" else replace(LAW, buckling=SHORT_WAVES)
+    # Uses that are near their limit: small ones are bounded, not searched.
+    case = replace(model.cases[0], force=200.0 * model.cases[0].force)
+    model = replace(model, law=LawField(laws=(law,)), cases=(case,))
+    if waves == "turned":
+        model = turned(model, rng)
+        (law,) = model.law.laws
+        model = replace(model, law=LawField(laws=(replace(law, buckling=SHORT_WAVES),)))
+    elif waves == "mix":
+        weak = replace(SHORT_WAVES, table=replace(SHORT_WAVES.table, density=np.array([0.2, 0.4])))
+        share = rng.uniform(0.2, 0.8, rho.size)
+        mixed = LawField(
+            laws=(law, replace(law, buckling=weak)), weights=np.array([share, 1.0 - share]),
+            stiffness_factor=np.full(rho.size, 0.8), strength_factor=np.ones(rho.size),
+        )  # fmt: skip
+        model = replace(model, law=mixed)
+    elif waves == "trimmed":
+        held = rng.uniform(0.7, 1.2, (2, rho.size)) * np.array([[0.1], [0.6]])
+        model = replace(
+            model, effective=EffectiveDensity(nominal=np.array([0.1, 0.6]), effective=held),
+            cut_share=rng.uniform(0.5, 1.0, rho.size),
+        )  # fmt: skip
+    limit = BucklingLimit(
+        key=LimitKey(kind="buckling"), name="buckling of cells", allowed=0.5, law=model.law
+    )
+
+    def norm(state):
+        use = limit.law.buckling(state.buckling_profile("load"), state.effective_density)
+        use = np.where(state.lattice_volumes > 0, use, 0.0)
+        return float((use**_NORM).sum() ** (1.0 / _NORM))
+
+    state = solved(model, limit, rho)
+    assert limit.predict(state).governs == WAVES[waves == "long"]
+    direction = rng.standard_normal(rho.size)
+    ahead, back = (norm(solved(model, limit, rho + s * 1e-6 * direction)) for s in (1, -1))
+    # In proportion to the norm, and the largest use at the design that is looked at.
+    expected = predicted(limit, state) * (ahead - back) / (2e-6 * norm(state))
+    assert gradient_of(model, limit, rho) @ direction == pytest.approx(expected, rel=1e-5)
 
 
 def turned(model, rng):

@@ -106,8 +106,9 @@ class RunSpec(Table):
     acceptance: Annotated[str, Choice(("auto", "whole", "submodels"))] = "auto"
     """Part of the printed surface that is meshed again for the verdict: ``whole``, the most
     stressed cells (``submodels``), or whichever the time allows (``auto``)."""
-    max_iterations: Annotated[int, Whole(1, 100)] = 6
-    """Iterations of the loop, each a sizing and an explicit analysis, at most."""
+    max_iterations: Annotated[int, Whole(1, 100)] = 12
+    """Iterations of the loop, each a sizing and an explicit analysis, at most: cases met their
+    limits after one to eight, and ``time`` ends those that take long."""
     stop_after: Annotated[str, Choice(("verdict", "solid", "sizing", "lattice"))] = "verdict"
     """Last stage; before the verdict the status is partial. With a stated density that is the
     lattice."""

@@ -158,7 +158,7 @@ def _work(
     return RunWork(
         part_dofs=predicted_part_dofs(case.part, plan.part),
         load_cases=len(case.load_case),
-        adjoint_solves=sum(limit.by_gradient for limit in plan.limits),
+        adjoint_solves=len(plan.limits),
         explicit_dofs=size.unknowns,
         explicit_memory=size.memory_bytes,
         explicit_mesh_s=size.mesh_s,

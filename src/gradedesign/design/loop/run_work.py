@@ -50,7 +50,7 @@ def run_work(model: DesignModel) -> RunWork:
     return RunWork(
         part_dofs=model.homogenised.space.dof_count,
         load_cases=len(case.load_case),
-        adjoint_solves=sum(limit.by_gradient for limit in model.limits),
+        adjoint_solves=len(model.limits),
         explicit_dofs=explicit.unknowns,
         explicit_memory=explicit.memory_bytes,
         explicit_mesh_s=explicit.mesh_s,

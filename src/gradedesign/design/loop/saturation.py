@@ -12,7 +12,6 @@ from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.iteration_steps import (
     corrected_limits,
     corrected_model,
-    tightened_limits,
 )
 from gradedesign.design.resolve.cell_choice import element_bounds
 from gradedesign.design.resolve.design_model import DesignModel
@@ -32,8 +31,8 @@ SAFETY = 2.0
 #: Below this gain, the densities that matter for a value are reported to stand at their bound.
 #: Chosen, not measured.
 _NO_GAIN = 0.02
-#: A density counts as at its upper bound within this relative distance. Chosen, not measured.
-AT_BOUND = 1e-2
+#: Windows within this relative distance are one. Chosen, not measured.
+_ALIKE = 1e-2
 
 
 def saturated(
@@ -41,9 +40,8 @@ def saturated(
 ) -> str | None:
     """Sentence on the limit that no density of this lattice can hold, or None.
 
-    Of a limit by gradient every density matters by its sensitivity: it is out of reach once all
-    densities at their bounds would not gain enough. For the others those tetrahedra matter whose
-    own stress needs a higher density. Solid members can hold whatever the solid part holds. A limit
+    Every density matters by its sensitivity: a limit is out of reach once all densities at their
+    bounds would not gain enough. Solid members can hold whatever the solid part holds. A limit
     that an earlier design held is within reach,
     whatever the model predicts now.
 
@@ -68,8 +66,9 @@ def saturated(
         return None
     solved = _solved(model.homogenised, model.limits, iterations[-1])
     for row in sorted(missed, key=lambda r: -r.utilisation):
-        gain = _gain(solved, row.key, factors, element_bounds(model.cells))
-        if gain is not None and row.utilisation * (1.0 - SAFETY * gain) > 1.0:
+        slope = _relative_slope(solved, solved.limits[row.key])
+        gain = density_gain(slope, solved.state.rho, element_bounds(model.cells))
+        if row.utilisation * (1.0 - SAFETY * gain) > 1.0:
             return sentence(model, row, gain)
     return None
 
@@ -109,20 +108,6 @@ def _solved(part: HomogenisedModel, limits: Sequence[Limit], iteration: DesignIt
     )
 
 
-def _gain(
-    solved: _Solved, key: LimitKey, factors: Factors, bounds: tuple[FloatArray, FloatArray]
-) -> float | None:
-    """Share of a value that densities at their bounds could take away; None: unknown."""
-    limit, rho = solved.limits[key], solved.state.rho
-    if limit.by_gradient:
-        return density_gain(_relative_slope(solved, limit), rho, bounds)
-    (tight,) = tightened_limits([limit], factors)
-    lattice = solved.state.model.solid_fraction < 1
-    needy = lattice & (tight.least_density(solved.state) > rho * (1 + AT_BOUND))
-    full = rho >= bounds[1] * (1 - AT_BOUND)
-    return 0.0 if needy.any() and full[needy].all() else None
-
-
 def _relative_slope(solved: _Solved, limit: Limit) -> FloatArray:
     """Derivative of a utilisation by every density, over the utilisation, ``(M,)``."""
     response = limit.responses(solved.state)[0][0]
@@ -159,7 +144,7 @@ def sentence(model: DesignModel, row: LimitRow, gain: float) -> str:
     helps = ["another cell", "smaller cells"]
     if not plan.domain.ties_faces:
         helps.insert(1, "a skin")
-    if window > upper * (1 + AT_BOUND):
+    if window > upper * (1 + _ALIKE):
         helps.insert(0, f"[lattice] density up to {window:.3g}")
     size = cells.layout.typical
     if row.key.region in open_regions(case.load_case, plan.part, plan.domain, size):

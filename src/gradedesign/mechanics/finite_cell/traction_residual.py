@@ -60,14 +60,19 @@ def nearest_on(elements: Elements, places: ResidualPlaces, region: SurfacePoints
         elements.position[at.element].T + at.reference
     )
     count = min(BESIDE, region.area.size)
-    apart, index = KDTree(region.points.T).query(points.T, k=[*range(1, count + 1)])
+    # Bounded, since a place on the axis of a bore is as far from all of its points.
+    apart, index = KDTree(region.points.T).query(
+        points.T, k=[*range(1, count + 1)], distance_upper_bound=REACH * edge
+    )
     nearest = np.full(points.shape[1], -1)
-    for distance, beside in zip(apart.T[::-1], index.T[::-1], strict=True):
+    for distance, found in zip(apart.T[::-1], index.T[::-1], strict=True):
+        own = np.flatnonzero(np.isfinite(distance))
+        beside = found[own]
         normal = region.normal[:, beside]
-        off = np.abs(((points - region.points[:, beside]) * normal).sum(axis=0))
-        along = np.abs((at.normal * normal).sum(axis=0))
-        on = (distance < REACH * edge) & (off < OFF * edge) & (along > ALIKE)
-        nearest[on] = beside[on]
+        off = np.abs(((points[:, own] - region.points[:, beside]) * normal).sum(axis=0))
+        along = np.abs((at.normal[:, own] * normal).sum(axis=0))
+        on = (off < OFF * edge) & (along > ALIKE)
+        nearest[own[on]] = beside[on]
     return nearest
 
 

@@ -49,7 +49,6 @@ class ComplianceLimit(Limit):
 
     unit: ClassVar[str] = "N mm"
     converges: ClassVar[bool] = True
-    by_gradient: ClassVar[bool] = True
 
     @property
     def measure(self) -> str:
@@ -122,7 +121,6 @@ def _stated(
             name="work of the loads",
             load_case=load.name,
             allowed=stated_words(entry.work, ComplianceLimit.unit),
-            by_gradient=True,
         )
         for entry in _entries(limits)
         for load in _limited(load_cases, entry)

@@ -59,7 +59,6 @@ class DisplacementLimit(Limit):
 
     unit: ClassVar[str] = "mm"
     converges: ClassVar[bool] = True
-    by_gradient: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         nodes = locked(self.nodes, (None,), dtype=np.int64, name="nodes")
@@ -240,7 +239,6 @@ class DisplacementKind:
                 load_case=load.name,
                 allowed=stated_words(entry.magnitude, DisplacementLimit.unit),
                 region=entry.region,
-                by_gradient=True,
             )
             for entry in self._entries(limits)
             for load in load_cases

@@ -63,7 +63,6 @@ class FrequencyLimit(Limit):
 
     unit: ClassVar[str] = "Hz"
     converges: ClassVar[bool] = True
-    by_gradient: ClassVar[bool] = True
     unfavourable: ClassVar[str] = "low"
     # Lattice far from the supports may raise a frequency above that of the solid part.
     solid_is_best: ClassVar[bool] = False
@@ -165,7 +164,6 @@ def _stated(
             name=_number_words(entry.mode),
             load_case=load.name,
             allowed=f"at least {entry.least:g} Hz",
-            by_gradient=True,
             modes=entry.mode,
         )
         for entry in _entries(limits)

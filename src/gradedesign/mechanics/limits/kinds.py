@@ -45,13 +45,13 @@ def stated_limits(
     load_cases: Sequence[LoadCaseSpec],
     material: Material,
 ) -> tuple[StatedLimit, ...]:
-    """Every limit as a case states it, those by gradient first."""
+    """Every limit as a case states it, measured ones first."""
     stated = [
         limit
         for kind in _kinds_of(kinds, limits)
         for limit in kind.stated(limits, load_cases, material)
     ]
-    return tuple(sorted(stated, key=lambda limit: not limit.by_gradient))
+    return tuple(sorted(stated, key=lambda limit: not limit.explicit))
 
 
 def require_possible(
@@ -86,5 +86,5 @@ def made_limits(
 
 
 def in_order(limits: Sequence[Limit]) -> tuple[Limit, ...]:
-    """Limits as every table lists them: by gradient, then measured ones, then predicted ones."""
-    return tuple(sorted(limits, key=lambda limit: (not limit.by_gradient, not limit.explicit)))
+    """Limits as every table lists them: of stiffness, of stress, then predicted ones."""
+    return tuple(sorted(limits, key=lambda limit: (not limit.explicit, limit.needs_stress)))

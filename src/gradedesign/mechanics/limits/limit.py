@@ -1,8 +1,7 @@
 """The protocol of limits, used by sizing, the loop, acceptance, report and check.
 
 A limit enters sizing by its gradient: it gives its value with the derivative by the displacements,
-and sizing solves the adjoint problem. One that has none (buckling of cells, whose value is that of
-the worst place) gives the density that every tetrahedron needs at its present macroscopic stress.
+and sizing solves the adjoint problem.
 
 Above 300 lines: the protocol of limits with the records that it is made from.
 """
@@ -59,8 +58,6 @@ class Limit(ABC):
 
     #: Unit of value and limit.
     unit: ClassVar[str]
-    #: Sizing reads `responses`; else `least_density`, which bounds every density from below.
-    by_gradient: ClassVar[bool] = False
     #: The homogenised state must hold stresses.
     needs_stress: ClassVar[bool] = False
     #: An explicit analysis measures it; else the homogenised prediction is its value throughout.
@@ -79,7 +76,7 @@ class Limit(ABC):
     @property
     def follows_stiffness(self) -> bool:
         """Whether the value says how stiff the design is: a displacement, a load factor."""
-        return self.by_gradient and not self.needs_stress
+        return not self.needs_stress
 
     def compliance(self, value: float) -> float:
         """The value in the manner of a displacement, one over the stiffness that it follows."""
@@ -115,6 +112,7 @@ class Limit(ABC):
     def predict(self, state: HomogenisedState) -> Predicted:
         """Value on the homogenised part, times `factor`."""
 
+    @abstractmethod
     def responses(
         self, state: HomogenisedState, memory: tuple[int, ...] = ()
     ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
@@ -125,14 +123,6 @@ class Limit(ABC):
         memory : tuple of int
             Memory that the last call of this sizing returned; empty at first.
         """
-        raise NotImplementedError(f"{type(self).__name__} enters sizing by least_density")
-
-    def least_density(self, state: HomogenisedState) -> FloatArray:
-        """Nominal density at which the present macroscopic stress just reaches the limit, ``(M,)``.
-
-        The top of the law's window where no density suffices; zero where nothing is asked for.
-        """
-        raise NotImplementedError(f"{type(self).__name__} enters sizing by responses")
 
     def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:  # noqa: ARG002
         """Values in an analysis of the solid part or of the explicit lattice; none unless measured.
@@ -261,8 +251,8 @@ class StatedLimit:
         Such as ``"2 mm"`` or ``"2 x solid"``.
     region : str
         Region of the part that it applies to, or empty.
-    by_gradient : bool
-        It costs sizing an adjoint solve, or modes.
+    explicit : bool
+        An explicit analysis measures it.
     modes : int
         Lowest modes that analyses find for it.
     """
@@ -271,13 +261,13 @@ class StatedLimit:
     load_case: str
     allowed: str
     region: str = ""
-    by_gradient: bool = False
+    explicit: bool = True
     modes: int = 0
 
 
 def stated_goals(limits: Iterable[StatedLimit]) -> int:
     """Number of limits that have a `Limit.goal`, as far as the case tells."""
-    return sum(limit.by_gradient and bool(limit.region) for limit in limits)
+    return sum(bool(limit.region) for limit in limits)
 
 
 def stated_modes(limits: Iterable[StatedLimit]) -> int:

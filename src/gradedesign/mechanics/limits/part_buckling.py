@@ -62,7 +62,6 @@ class PartBucklingLimit(Limit):
 
     unit: ClassVar[str] = "times the loads"
     converges: ClassVar[bool] = True
-    by_gradient: ClassVar[bool] = True
     unfavourable: ClassVar[str] = "low"
     # Softer places elsewhere may lead loads away from what buckles.
     solid_is_best: ClassVar[bool] = False
@@ -153,7 +152,6 @@ def _stated(
             name="buckling of the part",
             load_case=load.name,
             allowed=f"at least {entry.least:g} times the loads",
-            by_gradient=True,
             modes=ModeGoal(load_case=load.name, number=1, buckling=True).room,
         )
         for entry in _entries(limits)

@@ -26,7 +26,6 @@ class PercentileLimit(Limit):
 
     unit: ClassVar[str] = "MPa"
     needs_stress: ClassVar[bool] = True
-    by_gradient: ClassVar[bool] = True
     scatter: ClassVar[float] = 1.03
 
     def __post_init__(self) -> None:

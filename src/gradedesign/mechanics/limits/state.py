@@ -103,8 +103,11 @@ class HomogenisedState(Protocol):
     def buckling_profile(self, load_case: str) -> FloatArray:
         """Use of the resistance against buckling, as `LawField.buckling_profile`, ``(b, M)``."""
 
-    def nominal_density(self, effective: FloatArray) -> FloatArray:
-        """Nominal density of cells that hold an effective density, ``(M,)``."""
+    def through_buckling(self, load_case: str, by_use: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """As `through_local_stress`, of a value with derivatives ``(2, M)`` by `LawField.buckling`.
+
+        At fixed displacements by nominal densities.
+        """
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

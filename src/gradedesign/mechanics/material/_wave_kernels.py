@@ -125,8 +125,8 @@ def _climbed(n, value, s, c, sway, first, last):
 
 
 @njit(cache=True, nogil=True)
-def most_used(low, high, stress, stiffness, starts, sway, first, last, found):
-    """Fill the use of the wave that uses most, under every stress of a range.
+def most_used(low, high, stress, stiffness, starts, sway, first, last, found, along):
+    """Fill use and direction of the wave that uses most, under every stress of a range.
 
     Parameters
     ----------
@@ -141,6 +141,8 @@ def most_used(low, high, stress, stiffness, starts, sway, first, last, found):
         Steps of the search, in radians.
     found : (n,) float64 array
         Written; negative where every wave is stretched.
+    along : (3, n) float64 array
+        Written: the direction.
     """
     s, c, n = np.zeros(6), np.zeros((6, 6)), np.zeros(3)
     uses = np.zeros(starts.shape[0])
@@ -158,7 +160,11 @@ def most_used(low, high, stress, stiffness, starts, sway, first, last, found):
                 break
             for i in range(3):
                 n[i] = starts[d, i]
-            top = max(top, _climbed(n, uses[d], s, c, sway, first, last))
+            climbed = _climbed(n, uses[d], s, c, sway, first, last)
+            if climbed > top:
+                top = climbed
+                for i in range(3):
+                    along[i, e] = n[i]
             # Another top lies apart from both ends of this way.
             for k in range(starts.shape[0]):
                 if max(_cosine(starts[k], n), _cosine(starts[k], starts[d])) > APART:

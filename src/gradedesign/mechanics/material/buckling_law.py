@@ -9,8 +9,6 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.mechanics.material.buckling_table import BucklingTable
 
-#: Bisections of a density, down to the rounding of a double: 2^-50 of the window.
-_BISECTIONS = 50
 #: Utilisations below this count as none. Keeps quotients finite.
 _NO_UTILISATION = 1e-30
 #: Exponent of density with which critical stresses grow beyond the densest computed cell. Those of
@@ -71,28 +69,37 @@ class BucklingLaw:
 
     def at(self, profile: FloatArray, rho: FloatArray) -> FloatArray:
         """Use at any density, from a profile ``(k, n)`` and densities ``(n,)``; ``(n,)``."""
+        return self.slopes(profile, rho)[0]
+
+    def slopes(
+        self, profile: FloatArray, rho: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The use with its derivatives by density ``(n,)`` and by the profile ``(k, n)``."""
         x, knots = np.log(rho), np.log(self.table.density)
         beyond = np.maximum(x - knots[-1], 0.0)
         x = np.minimum(x, knots[-1])
         piece = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, knots.size - 2)
-        place = (x - knots[piece]) / np.diff(knots)[piece]
-        y = np.log(np.maximum(profile, _NO_UTILISATION))
+        width = np.diff(knots)[piece]
+        place = (x - knots[piece]) / width
+        kept = np.maximum(profile, _NO_UTILISATION)
+        y = np.log(kept)
         column = np.arange(x.size)
         low, high = y[piece, column], y[piece + 1, column]
-        return np.asarray(np.exp(low + place * (high - low) - GROWTH_BEYOND * beyond))
+        use = np.exp(low + place * (high - low) - GROWTH_BEYOND * beyond)
+        by_rho = use / rho * np.where(beyond > 0.0, -GROWTH_BEYOND, (high - low) / width)
+        by_profile = np.zeros(profile.shape)
+        by_profile[piece, column] = use * (1.0 - place)
+        by_profile[piece + 1, column] = use * place
+        return use, by_rho, by_profile / kept
 
-    def least_density(
-        self, profile: FloatArray, permitted: float, bounds: tuple[float, float]
-    ) -> FloatArray:
-        """Least density at which the limit holds, ``(n,)``; the upper bound if it holds at none."""
-        count = profile.shape[1]
-        low, high = np.full(count, bounds[0]), np.full(count, bounds[1])
-        enough_at_once = self.at(profile, low) <= permitted
-        for _ in range(_BISECTIONS):
-            middle = np.sqrt(low * high)
-            enough = self.at(profile, middle) <= permitted
-            low, high = np.where(enough, low, middle), np.where(enough, middle, high)
-        return np.where(enough_at_once, bounds[0], high)
+    def stress_slope(self, stress: FloatArray, by_profile: FloatArray) -> FloatArray:
+        """Derivative by stresses ``(6, n, q)`` of what depends on the mean profile ``(k, n)``."""
+        below, above = (
+            np.einsum("kn,ka->an", by_profile, 1 / self.table.critical[:, :, sense])
+            for sense in range(2)
+        )
+        slope = np.where(stress < 0.0, -below[:, :, None], above[:, :, None])
+        return np.asarray(slope / stress.shape[2])
 
     def power_fit(self, component: int, sense: int) -> tuple[float, float, float]:
         """``c``, ``n`` and largest relative residual of ``c rho^n`` for one critical stress."""

@@ -18,7 +18,7 @@ from scipy.special import expit, logit
 from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.mechanics.material.density_from_stress import density_from_stress
 from gradedesign.mechanics.material.local_stress_law import von_mises_slope
-from gradedesign.mechanics.material.long_waves import density_for_long_waves, long_wave_use
+from gradedesign.mechanics.material.long_waves import long_wave_slopes, long_wave_use
 from gradedesign.mechanics.material.scaling_law import ScalingLaw
 
 #: Relative width of the local stress in an element whose law has one number for it, by which a
@@ -261,27 +261,50 @@ class LawField:
         The greater of both is that of the cells. Of a mix that of its worst cell over the factor on
         stiffness, which is an estimate: modes of mixes were not searched.
         """
+        use = self._worst_cell(profile, rho)
+        return use if self.stiffness_factor is None else np.asarray(use / self.stiffness_factor)
+
+    def _worst_cell(self, profile: FloatArray, rho: FloatArray) -> FloatArray:
+        """Greatest utilisations of the cells of an element, each alone, ``(2, M)``."""
         use = np.zeros((2, rho.size))
         for (law, at, _), rows in zip(self._parts(rho.size), self._buckling_rows(), strict=True):
             if law.buckling is not None:
                 use[0, at] = np.maximum(use[0, at], law.buckling.at(profile[rows, at], rho[at]))
             use[1, at] = np.maximum(use[1, at], long_wave_use(law, profile[-6:, at], rho[at]))
-        return use if self.stiffness_factor is None else np.asarray(use / self.stiffness_factor)
+        return use
 
-    def density_for_buckling(self, profile: FloatArray, permitted: float) -> FloatArray:
-        """Least density at which the limit holds, ``(M,)``; the top of the window if at none."""
-        least = np.zeros(profile.shape[1])
+    def buckling_slopes(
+        self, profile: FloatArray, rho: FloatArray, by_use: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Derivatives by the profile ``(b, M)`` and density ``(M,)`` of those by `buckling`.
+
+        ``by_use (2, M)`` holds the derivatives by the uses in short and in long waves. Of a mix
+        they are those of its worst cell.
+        """
+        by_profile, by_rho = np.zeros(profile.shape), np.zeros(rho.size)
+        worst = self._worst_cell(profile, rho)
         if self.stiffness_factor is not None:
-            profile = profile / self.stiffness_factor
-        for (law, at, _), rows in zip(
-            self._parts(profile.shape[1]), self._buckling_rows(), strict=True
-        ):
-            wanted = density_for_long_waves(law, profile[-6:, at], permitted)
+            by_use = by_use / self.stiffness_factor
+        for (law, at, _), rows in zip(self._parts(rho.size), self._buckling_rows(), strict=True):
             if law.buckling is not None:
-                short = law.buckling.least_density(profile[rows, at], permitted, law.window)
-                wanted = np.maximum(wanted, short)
-            least[at] = np.maximum(least[at], wanted)
-        return least
+                use, slope, by = law.buckling.slopes(profile[rows, at], rho[at])
+                governs = by_use[0, at] * (use >= worst[0, at])
+                by_rho[at] += governs * slope
+                by_profile[rows, at] += governs * by
+            stress, density = profile[-6:, at], rho[at]
+            governs = by_use[1, at] * (long_wave_use(law, stress, density) >= worst[1, at])
+            by_stress, slope = long_wave_slopes(law, stress, density)
+            by_rho[at] += governs * slope
+            by_profile[-6:, at] += governs * by_stress
+        return by_profile, by_rho
+
+    def buckling_stress_slope(self, stress: FloatArray, by_profile: FloatArray) -> FloatArray:
+        """Derivative by stress ``(6, M, q)`` of what depends on its `buckling_profile`."""
+        slope = np.repeat(by_profile[-6:, :, None] / stress.shape[2], stress.shape[2], axis=2)
+        for (law, at, _), rows in zip(self._parts(), self._buckling_rows(), strict=True):
+            if law.buckling is not None:
+                slope[:, at] += law.buckling.stress_slope(stress[:, at], by_profile[rows, at])
+        return slope
 
     def _parts(self, count: int = 0) -> Iterator[tuple[ScalingLaw, slice | IntArray, FloatArray]]:
         """Every law with the elements in which it has a weight, and these weights."""

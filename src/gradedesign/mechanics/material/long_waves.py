@@ -16,7 +16,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.arrays import FloatArray
 from gradedesign.mechanics.material.scaling_law import ScalingLaw
 
 #: Work of the stress on how struts turn beside the lattice's mean rotation, over that on its mean
@@ -27,19 +27,13 @@ SWAY = 0.4
 #: Steps of the search for the worst direction: half the distance of the directions it starts from,
 #: and one that leaves 0.1 % of the use (150 stiffnesses with up to 30 times softer shears).
 _FIRST_STEP, _LAST_STEP = 0.25, 0.01
-#: Utilisations below this count as none. Keeps quotients finite.
-_NO_USE = 1e-30
 #: Uses up to this are not worth the search: `_most` bounds them from above. Chosen, not measured.
 _NEGLIGIBLE = 0.01
 #: Uses of a stress as large as Young's modulus below this are rounding: cells buckle at less than
 #: that stress, and a use of nothing comes out as 5e-9.
 _ROUNDING = 1e-6
-#: Uses that differ by this share are equal: as exact as the search for the direction.
-_RTOL = 1e-3
 #: Densities at which the least resistance of a law is kept. Chosen, not measured.
 _KNOTS = 64
-#: Of the search for a density; a power law needs one.
-_MOST_STEPS = 40
 
 
 def long_wave_use(
@@ -66,7 +60,7 @@ def long_wave_use(
     use = _most(law, stress, inside)
     some = np.flatnonzero(use * inside / rho > negligible)
     if some.size:
-        use[some] = _searched(stress[:, some], law.stiffness(inside[some]))
+        use[some], _ = _searched(stress[:, some], law.stiffness(inside[some]))
     return np.asarray(use * inside / rho)
 
 
@@ -77,19 +71,64 @@ def critical_long_waves(stiffness: FloatArray) -> FloatArray:
     nothing.
     """
     stress = np.concatenate([-np.eye(6), np.eye(6)], axis=1)
-    use = _searched(stress, np.repeat(stiffness[:, :, None], 12, axis=2))
+    use, _ = _searched(stress, np.repeat(stiffness[:, :, None], 12, axis=2))
     use[use < _ROUNDING] = 0.0
     with np.errstate(divide="ignore"):
         return np.asarray((1 / use).reshape(2, 6).T)
 
 
-def _searched(stress: FloatArray, stiffness: FloatArray) -> FloatArray:
-    """Use ``(n,)`` of stresses ``(6, n)`` with stiffnesses ``(6, 6, n)``."""
+def long_wave_slopes(
+    law: ScalingLaw, stress: FloatArray, rho: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Derivatives of `long_wave_use` by stress, ``(6, n)``, and by density, ``(n,)``.
+
+    Those of the wave that uses most, whose direction and amplitude make the use stationary; zero
+    where no wave is compressed.
+    """
+    inside = np.clip(rho, *law.window)
+    stiffness = law.stiffness(inside)
+    use, n = _searched(stress, stiffness)
+    strain_of, work = _wave(n, stress)
+    resistance = np.einsum("aik,abk,bjk->kij", strain_of, stiffness, strain_of)
+    # The amplitude m of the greatest m G m / m Q m.
+    lower = np.linalg.inv(np.linalg.cholesky(resistance))
+    _, vectors = np.linalg.eigh(lower @ np.moveaxis(work, -1, 0) @ np.swapaxes(lower, 1, 2))
+    m = np.einsum("kji,kj->ik", lower, vectors[:, :, -1])  # m Q m = 1
+    strain = np.einsum("aik,ik->ak", strain_of, m)
+    tensor = (m[:, None] * n + n[:, None] * m) / 2
+    turned = (m**2).sum(axis=0) * n[:, None] * n + SWAY * np.einsum("ijk,jlk->ilk", tensor, tensor)
+    by_stress = -turned[_VOIGT_PLACES] * _TWICE[:, None]
+    softer = np.einsum("ak,abk,bk->k", strain, law.stiffness_derivative(inside), strain)
+    share = inside / rho
+    by_rho = np.where(inside == rho, -use * softer, -use * share / rho)
+    some = use > 0
+    return np.where(some, by_stress * share, 0.0), np.where(some, by_rho, 0.0)
+
+
+def _wave(n: FloatArray, stress: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Of waves along ``n``, (3, k): their strain of an amplitude, and the work of the stress.
+
+    ``(6, 3, k)``, engineering shears, and ``(3, 3, k)``.
+    """
+    zero = np.zeros_like(n[0])
+    x, y, z = n
+    strain = np.array([[x, zero, zero], [zero, y, zero], [zero, zero, z],
+                       [zero, z, y], [z, zero, x], [y, x, zero]])  # fmt: skip
+    S = stress[_VOIGT]
+    across = np.einsum("ijk,jk->ik", S, n)
+    along = (n * across).sum(axis=0)
+    unit = np.eye(3)[:, :, None]
+    mixed = n[:, None] * across + across[:, None] * n
+    return strain, -along * unit - SWAY / 4 * (along * unit + mixed + S)
+
+
+def _searched(stress: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Use ``(n,)`` and wave ``(3, n)`` of stresses ``(6, n)`` with stiffnesses ``(6, 6, n)``."""
     # Compiled code loads slowly.
     from gradedesign.common.system.threads import in_ranges
     from gradedesign.mechanics.material._wave_kernels import most_used
 
-    use = np.zeros(stress.shape[1])
+    use, along = np.zeros(stress.shape[1]), np.zeros((3, stress.shape[1]))
     in_ranges(
         most_used,
         range(use.size),
@@ -100,8 +139,9 @@ def _searched(stress: FloatArray, stiffness: FloatArray) -> FloatArray:
         _FIRST_STEP,
         _LAST_STEP,
         use,
+        along,
     )
-    return np.asarray(np.maximum(use, 0.0))
+    return np.maximum(use, 0.0), along
 
 
 def _most(law: ScalingLaw, stress: FloatArray, rho: FloatArray) -> FloatArray:
@@ -124,43 +164,6 @@ def _least_resistance(law: ScalingLaw) -> tuple[FloatArray, FloatArray]:
     return rho, 0.5 * np.linalg.eigvalsh(stiffness)[:, 0]
 
 
-def density_for_long_waves(law: ScalingLaw, stress: FloatArray, permitted: float) -> FloatArray:
-    """Least density of the law's window at which the use is permitted, ``(n,)``.
-
-    The top of the window where it is at none.
-    """
-    count = stress.shape[1]
-    low, high = (np.full(count, end) for end in law.window)
-    # Half the tolerance below, so that what is found is permitted.
-    goal = permitted * (1 - 0.5 * _RTOL)
-
-    def excess(some: IntArray, density: FloatArray) -> FloatArray:
-        use = long_wave_use(law, stress[:, some], density, negligible=goal)
-        return np.asarray(np.log(np.maximum(use / goal, _NO_USE)))
-
-    found = low.copy()
-    fa = excess(np.arange(count), low)
-    left = np.flatnonzero(fa > 0)
-    found[left] = high[left]
-    fb = excess(left, high[left])
-    left, fb = left[fb < 0], fb[fb < 0]
-    a, b, fa = np.log(low[left]), np.log(high[left]), fa[left]
-    # Regula falsi in logarithms (Illinois): use falls nearly as a power of density.
-    for _ in range(_MOST_STEPS):
-        if not left.size:
-            break
-        x = (a * fb - b * fa) / (fb - fa)
-        f = excess(left, np.exp(x))
-        below = f <= 0
-        fa, fb = np.where(below, 0.5 * fa, f), np.where(below, f, 0.5 * fb)
-        a, b = np.where(below, a, x), np.where(below, x, b)
-        close = np.abs(f) <= 0.5 * _RTOL
-        found[left] = np.exp(np.where(close, x, b))
-        left = left[~close]
-        a, b, fa, fb = (v[~close] for v in (a, b, fa, fb))
-    return found
-
-
 def _starts() -> FloatArray:
     """Directions ``(49, 3)``, one of each pair of opposite ones: the crystal axes and between."""
     step = np.arange(-2.0, 3.0)
@@ -173,3 +176,6 @@ def _starts() -> FloatArray:
 
 _STARTS = _starts()
 _VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
+_VOIGT_PLACES = ((0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1))
+#: How often a Voigt component stands in its tensor.
+_TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])

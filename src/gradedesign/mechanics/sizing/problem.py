@@ -177,17 +177,6 @@ def density_slope(problem: SizingProblem) -> FloatArray:
     return np.asarray((problem.windows[1] - problem.windows[0]) / (hi - lo))
 
 
-def filtered_for(problem: SizingProblem, rho: FloatArray) -> FloatArray:
-    """Filtered variables of densities ``(M,)``, within the bounds; the lower for a fixed one."""
-    lo, hi = problem.bounds
-    if problem.windows is None:
-        return np.clip(rho, lo, hi)
-    slope = density_slope(problem)
-    over = np.zeros_like(rho)
-    np.divide(rho - problem.windows[0], slope, out=over, where=slope > 0)
-    return np.clip(lo + over, lo, hi)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SizingResult:
     """A density per tetrahedron with the history that led to it."""

@@ -37,7 +37,6 @@ from gradedesign.mechanics.sizing.problem import (
     designed_mass,
     element_densities,
     element_shares,
-    filtered_for,
     member_variables,
     sizing_result,
     sizing_step,
@@ -100,7 +99,7 @@ def size(
     -----
     A filter of one column is a uniform density, see `size_by_mean_density`. Else all limits enter
     together by their gradients, as logarithms of utilisations, which stay of order 1, through the
-    method of moving asymptotes; a limit without a gradient bounds every density from below.
+    method of moving asymptotes.
     """
     if problem.filter.shape[1] == 1:
         return size_by_mean_density(
@@ -136,9 +135,8 @@ def size(
         if ended or (iteration + 1 >= max_iterations and holds and not spare):
             return sizing_result(problem, x, history, converged=ended)
         report_step(f"new densities of iteration {iteration + 1}")
-        floor = np.clip(_floor(problem, analysed.state), least, hi)
         new = x.copy()
-        new[active] = _next_variables(problem, analysed, x, asymptotes, floor, move)[active]
+        new[active] = _next_variables(problem, analysed, x, asymptotes, least, move)[active]
         asymptotes = moved_asymptotes(asymptotes, new, *ends)
         change = float((np.abs(new - x) / hi).max(initial=0.0))
         x = new
@@ -178,7 +176,7 @@ def _next_variables(
     analysed: _Analysed,
     x: FloatArray,
     asymptotes: Asymptotes,
-    floor: FloatArray,
+    least: FloatArray,
     move: float,
 ) -> FloatArray:
     """Lightest variables ``(n,)`` near the present ones that hold the limits, as approximated."""
@@ -187,14 +185,14 @@ def _next_variables(
         values = np.log(used)
     gradients = analysed.gradients / (problem.target * used[:, None])
     upper = variable_bounds(problem)[1]
-    free = floor < upper
-    new = floor.copy()
+    free = least < upper
+    new = least.copy()
     new[free], _ = asymptotes_step(
-        np.maximum(x, floor)[free],
+        x[free],
         _by_variables(problem, x, _cost(problem, analysed.state))[free],
         values,
         _by_variables(problem, x, gradients)[:, free],
-        (floor[free], upper[free]),
+        (least[free], upper[free]),
         asymptotes.distance[free],
         move=move,
     )
@@ -228,27 +226,13 @@ def _by_variables(problem: SizingProblem, x: FloatArray, by_design: FloatArray) 
     return np.concatenate([by_x, by_b], axis=-1)
 
 
-def _floor(problem: SizingProblem, state: SolvedState) -> FloatArray:
-    """Least variables ``(n,)`` that limits without a gradient ask for."""
-    least = variable_bounds(problem)[0]
-    asked = [limit.least_density(state) for limit in problem.limits if not limit.by_gradient]
-    if not asked:
-        return least
-    floor = filtered_for(problem, np.max(asked, axis=0))
-    sums = collected(problem.filter, np.ones(floor.shape))
-    mean = collected(problem.filter, floor) / np.where(sums > 0, sums, 1.0)
-    # A variable is at least the mean of what its elements ask for; one of a single element that.
-    densities = np.maximum(mean, floor) if mean.shape == floor.shape else mean
-    return np.concatenate([densities, least[densities.size :]])
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Analysed:
-    """One analysed design: every limit, and the governing values by gradient that are in reach."""
+    """One analysed design: every limit, and the governing values that are in reach."""
 
     state: SolvedState
     utilisations: tuple[float, ...]  #: Of every limit.
-    governing: FloatArray  #: ``(k,)``. Utilisations at the points that govern limits by gradient.
+    governing: FloatArray  #: ``(k,)``. Utilisations at the points that govern limits.
     gradients: FloatArray  #: ``(k, P)``. Theirs by every variable of the design.
 
 
@@ -271,10 +255,10 @@ def _analyse(
     responses: list[Response] = []
     used: list[float] = []
     slopes: list[float] = []
-    graded = [k for k, limit in enumerate(limits) if limit.by_gradient]
     # No value of a limit is used more than its prediction: those out of reach need no derivative.
-    for k, chosen in zip(graded, _in_reach(np.array(utilisations)[graded]), strict=True):
-        limit = limits[k]
+    for k, (limit, chosen) in enumerate(
+        zip(limits, _in_reach(np.array(utilisations)), strict=True)
+    ):
         if chosen:
             predicted, memories[k] = limit.responses(state, memories[k])
             responses += predicted

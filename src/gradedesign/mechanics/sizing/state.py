@@ -27,7 +27,6 @@ from gradedesign.mechanics.sizing.homogenised_model import (
     HomogenisedModel,
     effective_density,
     effective_slope,
-    nominal_density,
 )
 from gradedesign.mechanics.sizing.lattice_stress import (
     LatticeStress,
@@ -40,7 +39,7 @@ from gradedesign.mechanics.sizing.part_buckling import (
     through_load_factors,
 )
 from gradedesign.mechanics.sizing.solid_strain import solid_stress, through_solid_stress
-from gradedesign.mechanics.sizing.stress_slopes import through_local_stress
+from gradedesign.mechanics.sizing.stress_slopes import through_buckling, through_local_stress
 from gradedesign.mechanics.solver.lowest_modes import Modes
 
 #: Lowest load factors that enter sizing together. Chosen, not measured.
@@ -189,9 +188,16 @@ class SolvedState:
         """Use of the resistance against buckling, as `LawField.buckling_profile`, ``(b, M)``."""
         return self.stress[load_case].buckling
 
-    def nominal_density(self, effective: FloatArray) -> FloatArray:
-        """Nominal density of cells that hold an effective density, ``(M,)``."""
-        return nominal_density(self.model, effective)
+    def through_buckling(self, load_case: str, by_use: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Derivatives by displacements ``(3, N)`` and densities, see `through_buckling`."""
+        return through_buckling(
+            self.model,
+            self.rho,
+            case_named(self.model, load_case),
+            self.displacement(load_case),
+            self.stress[load_case],
+            by_use,
+        )
 
 
 def solved_state(
