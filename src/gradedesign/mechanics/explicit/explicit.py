@@ -131,17 +131,25 @@ def measured(solved: SolvedSolid, solid: PrintedSolid, began: float) -> Explicit
             zones=solid.support_zones,
             percentile=solid.percentile,
         ),
-        yields=yielding(
-            points,
-            volumes,
-            von_mises,
-            undisturbed_at(points, solid.support_zones),
-            solid.material.yield_strength,
-        ),
+        yields=_yields(points, volumes, von_mises, solid),
         masses_g={name: float(masses[phase == number].sum()) for number, name in enumerate(PHASES)},
         volume=float(volumes.sum()),
         seconds=time.perf_counter() - began - solved.division.seconds,
     )
+
+
+def _yields(
+    points: FloatArray,
+    volumes: FloatArray,
+    von_mises: Mapping[str, FloatArray],
+    solid: PrintedSolid,
+) -> Yielding | None:
+    """Stress above the yield strength; where nothing has any, supports are not looked at."""
+    strength = solid.material.yield_strength
+    if not any((stress > strength).any() for stress in von_mises.values()):
+        return None
+    free = undisturbed_at(points, solid.support_zones)
+    return yielding(points, volumes, von_mises, free, strength)
 
 
 def governing_load_case(result: ExplicitResult) -> str:
