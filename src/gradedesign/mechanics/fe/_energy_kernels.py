@@ -84,7 +84,10 @@ def element_energies_of_moments(
     v: NDArray[np.float64],
     energy: NDArray[np.float64],
 ) -> None:
-    """As `element_energies`, for `moments` and `shapes` of `stiffness_blocks_of_moments`, N mm."""
+    """As `element_energies`, for `moments` and `shapes` of `stiffness_blocks_of_moments`, N mm.
+
+    ``energy (m, 10)`` takes what each pair of barycentric coordinates adds.
+    """
     g = np.zeros((4, 3))
     c = np.zeros((6, 6))
     h = np.zeros((3, 3))
@@ -95,11 +98,14 @@ def element_energies_of_moments(
         for s in range(4):
             _strain(u, elements, e, shapes[s], g, h, eps_u[s])
             _strain(v, elements, e, shapes[s], g, h, eps_v[s])
-        total = 0.0
         for s in range(4):
-            for t in range(4):
-                _unpack(moments[e, PAIR[s, t]], volume, c)
+            for t in range(s, 4):
+                pair = PAIR[s, t]
+                _unpack(moments[e, pair], volume, c)
+                total = 0.0
                 for x in range(6):
                     for y in range(6):
                         total += eps_u[s, x] * c[x, y] * eps_v[t, y]
-        energy[e] = total
+                        if t > s:
+                            total += eps_u[t, x] * c[x, y] * eps_v[s, y]
+                energy[e, pair] = total

@@ -32,6 +32,7 @@ from gradedesign.mechanics.fe._space_kernels import LOCAL_EDGES
 from gradedesign.mechanics.fe.element_points import barycentric, shape_derivatives
 from gradedesign.mechanics.fe.space import TetSpace
 from gradedesign.mechanics.fe.stiffness import (
+    PAIRS,
     GaussStiffness,
     MomentStiffness,
     Stiffness,
@@ -138,18 +139,50 @@ def strain_energy_per_element(
     -------
     (m,) array, N mm
     """
+    if isinstance(stiffness, GaussStiffness | MomentStiffness):
+        return pair_energies(space, stiffness, u, v).sum(axis=1)
+    coefficients = np.ascontiguousarray(kernel_coefficients(stiffness)[:, 0])
+    energy = np.zeros(space.element_count)
+    _add_energies(
+        element_energies, space, stiffness, coefficients, shape_gradients(space.order), u, v, energy
+    )
+    return energy
+
+
+def pair_energies(
+    space: TetSpace,
+    stiffness: GaussStiffness | MomentStiffness,
+    u: FloatArray,
+    v: FloatArray | None = None,
+) -> FloatArray:
+    """Terms of `strain_energy_per_element`, ``(m, 10)``, N mm, by the moments of the stiffness.
+
+    Of pairs of barycentric coordinates in the order of `PAIRS`: each is in proportion to its
+    moment.
+    """
+    energy = np.zeros((space.element_count, len(PAIRS)))
+    shapes = shape_derivatives(space.order, barycentric("vertices"))
+    _add_energies(
+        element_energies_of_moments, space, stiffness, moment_coefficients(stiffness), shapes, u, v,
+        energy,
+    )  # fmt: skip
+    return energy
+
+
+def _add_energies(
+    kernel: Callable[..., None],
+    space: TetSpace,
+    stiffness: Stiffness,
+    coefficients: FloatArray,
+    shapes: FloatArray,
+    u: FloatArray,
+    v: FloatArray | None,
+    energy: FloatArray,
+) -> None:
+    """Fill energies by a kernel, in threads."""
     _require_matching(space, stiffness)
     first = _nodal(space, u, "u")
     second = first if v is None else _nodal(space, v, "v")
-    if isinstance(stiffness, GaussStiffness | MomentStiffness):
-        kernel: Callable[..., None] = element_energies_of_moments
-        coefficients = moment_coefficients(stiffness)
-        shapes = shape_derivatives(space.order, barycentric("vertices"))
-    else:
-        kernel = element_energies
-        coefficients = np.ascontiguousarray(kernel_coefficients(stiffness)[:, 0])
-        shapes = shape_gradients(space.order)
-    energy = np.zeros(space.element_count)
     in_ranges(
         kernel,
         range(space.element_count),
@@ -161,7 +194,6 @@ def strain_energy_per_element(
         second,
         energy,
     )
-    return energy
 
 
 def shape_gradients(order: int) -> FloatArray:

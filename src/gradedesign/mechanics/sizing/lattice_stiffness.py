@@ -8,9 +8,14 @@ assembled.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+
 import numpy as np
 
 from gradedesign.arrays import FloatArray
+from gradedesign.mechanics.fe.assembly import pair_energies, strain_energy_per_element
+from gradedesign.mechanics.fe.space import TetSpace
 from gradedesign.mechanics.fe.stiffness import (
     UNIFORM,
     AnisotropicStiffness,
@@ -98,11 +103,6 @@ def in_lattice(model: HomogenisedModel, C: FloatArray) -> FloatArray:
     return _in_moments(C, UNIFORM[:, None] - model.solid_moments)
 
 
-def in_place_of(model: HomogenisedModel, C: FloatArray, moments: FloatArray) -> FloatArray:
-    """Solid less lattice of stiffness ``C`` in a room of such moments, ``(6, 6, 10, M)``, MPa."""
-    return solid_stiffness(model)[:, :, None, None] * moments - _in_moments(C, moments)
-
-
 def _in_moments(C: FloatArray, room: FloatArray) -> FloatArray:
     """Moments ``(6, 6, 10, M)`` of lattice of stiffness ``C`` in a room of such moments, MPa."""
     if C.ndim == 3:
@@ -111,38 +111,56 @@ def _in_moments(C: FloatArray, room: FloatArray) -> FloatArray:
     return np.asarray(moments * (room / UNIFORM[:, None]))
 
 
-def stiffness_derivatives(
-    model: HomogenisedModel, rho: FloatArray, lattice_alone: HomogenisedModel | None
-) -> list[Stiffness]:
-    """Derivatives of the stiffness of every tetrahedron by the variables of its design, MPa.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StiffnessSlopes:
+    """Derivatives of the stiffness of every tetrahedron by the variables of its design."""
 
-    By its density, and by the shares of members at its Gauss points where the model without these
-    is given.
+    by_density: Stiffness  #: MPa.
+    #: Solid less what lies there, over the moments of an even room, MPa; None: no members.
+    replaced: MomentStiffness | None
+    #: ``(10, M)`` each. Moments of the room that a share of members takes, one by one.
+    rooms: tuple[FloatArray, ...]
+
+    def __iter__(self) -> Iterator[Stiffness]:
+        """The derivative by the densities, then those by each share of members."""
+        yield self.by_density
+        if self.replaced is not None:
+            for room in self.rooms:
+                yield MomentStiffness(C=self.replaced.C * room)
+
+    def energies(self, space: TetSpace, u: FloatArray, v: FloatArray | None = None) -> FloatArray:
+        """Bilinear energies of all of them, ``(P,)``, N mm, as `strain_energy_per_element`."""
+        energies = [strain_energy_per_element(space, self.by_density, u, v)]
+        if self.replaced is not None:
+            pairs = pair_energies(space, self.replaced, u, v).T
+            energies += [(pairs * room).sum(axis=0) for room in self.rooms]
+        return np.concatenate(energies)
+
+
+def stiffness_slopes(
+    model: HomogenisedModel, rho: FloatArray, lattice_alone: HomogenisedModel | None
+) -> StiffnessSlopes:
+    """Derivatives of the stiffness of every tetrahedron by the variables of its design.
+
+    By its density, and by the shares of members at its Gauss points where the model without these,
+    ``lattice_alone``, is given: what that holds beside solid is what they replace.
     """
-    derivatives = [_stiffness_derivative(model, rho)]
-    if lattice_alone is not None:
-        derivatives += _member_derivatives(lattice_alone, rho)
-    return derivatives
+    by_density = _stiffness_derivative(model, rho)
+    if lattice_alone is None:
+        return StiffnessSlopes(by_density=by_density, replaced=None, rooms=())
+    lattice = lattice_stiffness(lattice_alone, rho)
+    even = np.ones((len(UNIFORM), rho.size))
+    replaced = solid_stiffness(lattice_alone)[:, :, None, None] - _in_moments(lattice, even)
+    return StiffnessSlopes(
+        by_density=by_density,
+        replaced=MomentStiffness(C=replaced),
+        rooms=tuple(moments_by_share(lattice_alone)),
+    )
 
 
 def _stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> Stiffness:
     """Derivative of the stiffness of every tetrahedron by its density, MPa."""
     return as_stiffness(in_lattice(model, lattice_stiffness_derivative(model, rho)))
-
-
-def _member_derivatives(lattice_alone: HomogenisedModel, rho: FloatArray) -> list[Stiffness]:
-    """Derivatives of the stiffness of tetrahedra by the share at each of their Gauss points, MPa.
-
-    Parameters
-    ----------
-    lattice_alone : HomogenisedModel
-        Without the members: what it holds beside solid is what they replace.
-    """
-    lattice = lattice_stiffness(lattice_alone, rho)
-    return [
-        as_stiffness(in_place_of(lattice_alone, lattice, moments))
-        for moments in moments_by_share(lattice_alone)
-    ]
 
 
 def _correction_factor(model: HomogenisedModel, rho: FloatArray) -> FloatArray:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.mechanics.fe.assembly import strain_energy_per_element
 from gradedesign.mechanics.fe.elastic_system import ElasticSystem
 from gradedesign.mechanics.fe.geometric_stiffness import gradient_products
 from gradedesign.mechanics.fe.load_case import PartLoadCase
@@ -28,7 +27,7 @@ from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 from gradedesign.mechanics.sizing.lattice_stiffness import (
     as_stiffness,
     effective_stiffness,
-    stiffness_derivatives,
+    stiffness_slopes,
 )
 from gradedesign.mechanics.sizing.lattice_stress import VOIGT_PLACES
 from gradedesign.mechanics.solver.lowest_modes import Modes
@@ -101,18 +100,19 @@ def through_load_factors(
         products += share * factor**2 * gradient_products(space, shape)
     products *= volumes[:, None] / 4.0
     strain = model.material.thermal_expansion * case.temperature_change
-    by_design = []
-    for derivative in stiffness_derivatives(model, rho, lattice_alone):
+    slopes = stiffness_slopes(model, rho, lattice_alone)
+    works = []
+    for derivative in slopes:
         stress = element_stress(space, _at_points(derivative), displacement, thermal_strain=strain)
-        own = (products * stress).sum(axis=(0, 1, 3))
-        for factor, share, shape in zip(modes.values, by_factor, shapes, strict=True):
-            own += share * factor * strain_energy_per_element(space, derivative, shape)
-        by_design.append(own)
+        works.append((products * stress).sum(axis=(0, 1, 3)))
+    by_design = np.concatenate(works)
+    for factor, share, shape in zip(modes.values, by_factor, shapes, strict=True):
+        by_design += share * factor * slopes.energies(space, shape)
     C = _at_points(as_stiffness(effective_stiffness(model, rho))).C
     form = "abm,bmq->amq" if C.ndim == 3 else "abqm,bmq->amq"
     engineering = products[VOIGT_PLACES] * _ENGINEERING[:, None, None]
     stress_of_products = np.einsum(form, C, engineering, optimize=True)
-    return stress_force(space, stress_of_products), np.concatenate(by_design)
+    return stress_force(space, stress_of_products), by_design
 
 
 def _at_points(stiffness: Stiffness) -> AnisotropicStiffness | GaussStiffness:

@@ -7,17 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.mechanics.fe.assembly import strain_energy_per_element
 from gradedesign.mechanics.fe.elastic_system import ElasticSystem
 from gradedesign.mechanics.fe.mass import squares_per_element
 from gradedesign.mechanics.fe.solution import LoadVector, Solution
-from gradedesign.mechanics.fe.stiffness import MomentStiffness, Stiffness, gauss_equivalent
+from gradedesign.mechanics.fe.stiffness import MomentStiffness, gauss_equivalent
 from gradedesign.mechanics.fe.stress import element_stress
 from gradedesign.mechanics.fe.supports import Supports
 from gradedesign.mechanics.limits.state import ModeShape, Response
 from gradedesign.mechanics.sizing.homogenised import solve_vectors
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
-from gradedesign.mechanics.sizing.lattice_stiffness import stiffness_derivatives
+from gradedesign.mechanics.sizing.lattice_stiffness import StiffnessSlopes, stiffness_slopes
 from gradedesign.mechanics.sizing.state import SolvedState, case_named, force_slope, mass_slopes
 
 
@@ -30,12 +29,12 @@ def response_gradients(
     """
     if not responses:
         return np.zeros((0, len(state.rho) + (0 if state.share is None else len(state.share))))
-    derivatives = stiffness_derivatives(
+    slopes = stiffness_slopes(
         state.model, state.rho, None if state.share is None else state.lattice_alone
     )
     return np.array(
         [
-            _response_gradient(state, derivatives, response, adjoint)
+            _response_gradient(state, slopes, response, adjoint)
             for response, adjoint in zip(responses, adjoints, strict=True)
         ]
     )
@@ -66,44 +65,38 @@ def solve_adjoints(
 
 def _response_gradient(
     state: SolvedState,
-    derivatives: Sequence[Stiffness],
+    slopes: StiffnessSlopes,
     response: Response,
     adjoint: Solution | None,
 ) -> FloatArray:
     """Derivative of one response by every variable of the design, ``(P,)``.
 
     ``dg/dp = lambda^T (df/dp - dK/dp u)``, with inertia and thermal loads in f, and what of the
-    response depends on the design at fixed displacements; `derivatives` are those of the stiffness
-    by densities and by shares of members.
+    response depends on the design at fixed displacements.
     """
     model, case = state.model, case_named(state.model, response.load_case)
     if response.mode is not None:
-        return _mode_gradient(state, derivatives, response.mode)
+        return _mode_gradient(state, slopes, response.mode)
     if adjoint is None:
         raise ValueError(f"{response.name} has neither an adjoint solution nor a mode")
-    gradients = []
-    for derivative in derivatives:
-        gradient = -strain_energy_per_element(
-            model.space, derivative, state.displacement(case.name), adjoint.displacement
-        )
-        if case.temperature_change:
-            # The work of C alpha dT on the adjoint strain is that of alpha dT on its stress.
-            expansion = model.material.thermal_expansion * case.temperature_change
+    whole = -slopes.energies(model.space, state.displacement(case.name), adjoint.displacement)
+    if case.temperature_change:
+        # The work of C alpha dT on the adjoint strain is that of alpha dT on its stress.
+        expansion = model.material.thermal_expansion * case.temperature_change
+        works = []
+        for derivative in slopes:
             at_points = derivative
             if isinstance(derivative, MomentStiffness):
                 at_points = gauss_equivalent(derivative)
             stress = element_stress(model.space, at_points, adjoint.displacement)
-            gradient = gradient + model.volumes * expansion * np.trace(stress).mean(axis=-1)
-        gradients.append(gradient)
-    whole = np.concatenate(gradients)
+            works.append(model.volumes * expansion * np.trace(stress).mean(axis=-1))
+        whole += np.concatenate(works)
     if np.any(case.acceleration):
         whole += force_slope(state, case, adjoint.displacement)
     return whole if response.by_design is None else whole + response.by_design
 
 
-def _mode_gradient(
-    state: SolvedState, derivatives: Sequence[Stiffness], mode: ModeShape
-) -> FloatArray:
+def _mode_gradient(state: SolvedState, slopes: StiffnessSlopes, mode: ModeShape) -> FloatArray:
     """Derivative of a value that follows a frequency by every variable of the design, ``(P,)``.
 
     ``d omega^2/dp = x^T (dK/dp - omega^2 dM/dp) x / (x^T M x)``, where the last is one over omega^2
@@ -111,9 +104,6 @@ def _mode_gradient(
     sum has this derivative).
     """
     moved = squares_per_element(state.model.space, mode.shape) * state.model.volumes
-    gradients = [
-        strain_energy_per_element(state.model.space, derivative, mode.shape)
-        - mode.square * moved * slope
-        for derivative, slope in zip(derivatives, mass_slopes(state), strict=True)
-    ]
-    return mode.by_square * mode.square * np.concatenate(gradients)
+    inertia = np.concatenate([moved * slope for slope in mass_slopes(state)])
+    stiffer = slopes.energies(state.model.space, mode.shape)
+    return mode.by_square * mode.square * (stiffer - mode.square * inertia)
