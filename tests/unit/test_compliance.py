@@ -84,7 +84,7 @@ def test_the_gradient_matches_central_differences(acceleration, temperature):
     rho = rng.uniform(0.2, 0.5, model.volumes.shape)
     system = homogenised_system(model, rho)
     state = solved_state(model, rho, [limit], system)
-    responses = limit.responses(state)[0]
+    responses = limit.responses(state)
     adjoints = solve_adjoints(model, system, responses)
     gradient = response_gradients(state, responses, adjoints)[0]
     direction, step = rng.standard_normal(rho.size), 1e-4

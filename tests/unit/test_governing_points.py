@@ -13,8 +13,9 @@ from gradedesign.mechanics.fe.loads import traction_force
 from gradedesign.mechanics.fe.space import tet_space
 from gradedesign.mechanics.fe.supports import supports_on
 from gradedesign.mechanics.limits import displacement
-from gradedesign.mechanics.limits.displacement import DisplacementLimit, governing_places
+from gradedesign.mechanics.limits.displacement import DisplacementLimit, clusters
 from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.largest import largest_and_slope
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.material.power_law import power_law
 from gradedesign.mechanics.material.scaling_law import LawOrigin
@@ -67,25 +68,29 @@ def problem_of(model, limit):
     )  # fmt: skip
 
 
-def moved(values):
-    """Displacements along z."""
-    u = np.zeros((3, len(values)))
-    u[2] = values
-    return u
+def test_the_slope_is_that_of_a_norm_which_equals_the_largest():
+    rng = np.random.default_rng(27)
+    values, step = rng.uniform(0.5, 1.0, 30), 1e-6 * rng.standard_normal(30)
+
+    def norm(x):
+        return (x**6.0).sum() ** (1.0 / 6.0)
+
+    value, slope = largest_and_slope(values, 6.0)
+    assert value == values.max()
+    expected = (norm(values + step) - norm(values - step)) / 2.0 * value / norm(values)
+    assert slope @ step == pytest.approx(expected, rel=1e-7)
+    assert largest_and_slope(np.zeros(3), 6.0)[0] == 0.0
 
 
-def test_places_that_governed_are_remembered_until_they_move_little():
-    points = np.array([[0.0, 1.0, 10.0, 11.0], [0.0] * 4, [0.0] * 4])
-
-    def after(known, *values):
-        return governing_places(moved(values), np.arange(4), 2, points, known)
-
-    known = after((), 1.0, 0.9, 0.5, 0.6)
-    assert known == (0,)
-    known = after(known, 0.8, 0.7, 0.9, 1.0)
-    assert known == (3, 0)
-    # A neighbour of a known place is that place; one that moves less than half governs no more.
-    assert after(known, 0.4, 0.3, 1.0, 0.9) == (2,)
+def test_clusters_hold_every_point_once_and_lie_apart():
+    rng = np.random.default_rng(27)
+    ends = np.array([[0.0, 40.0], [0.0, 0.0], [0.0, 0.0]])
+    points = np.repeat(ends, 20, axis=1) + rng.uniform(0.0, 4.0, (3, 40))
+    found = clusters(points, 2)
+    assert sorted(np.concatenate(found).tolist()) == list(range(40))
+    assert {tuple(sorted(mine)) for mine in found} == {tuple(range(20)), tuple(range(20, 40))}
+    # Points that coincide need no clusters of their own.
+    assert len(clusters(np.zeros((3, 5)), 8)) == 1
 
 
 @pytest.fixture(scope="module")
@@ -104,13 +109,10 @@ def test_both_arms_of_a_fork_are_held(forked):
 
 def test_the_present_place_alone_swings_between_the_arms(forked, monkeypatch):
     """With the latest node only, the other arm is thinned in every step."""
-
-    def latest(u, nodes, component, points, before):
-        return governing_places(u, nodes, component, points, ())
-
     problem = problem_of(*forked)
     held = size(problem, max_iterations=12)
-    monkeypatch.setattr(displacement, "governing_places", latest)
+    monkeypatch.setattr(displacement, "_CLUSTERS", 1)
+    monkeypatch.setattr(displacement, "_NORM", 1e6)
     swinging = size(problem, max_iterations=12)
     late = [max(step.utilisation for step in one.history[8:]) for one in (held, swinging)]
     assert late[0] < 1.1

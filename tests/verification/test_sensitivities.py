@@ -81,7 +81,7 @@ def _problem(acceleration, temperature, component, exponent=0.0, size=(20.0, 6.0
         )
     limit = DisplacementLimit(
         key=LimitKey(kind="displacement", region="tip", load_case="load"), name="tip",
-        nodes=np.unique(facet_nodes(space, tip)), component=component, allowed=1.0, factor=1.1,
+        nodes=np.unique(facet_nodes(space, tip))[:1], component=component, allowed=1.0, factor=1.1,
     )  # fmt: skip
     return model, limit, rng.uniform(0.2, 0.5, space.element_count), rng
 
@@ -94,7 +94,7 @@ def solved(model, limit, rho, share=None, system=None):
 def gradient_of(model, limit, rho, share=None):
     system = homogenised_system(with_members(model, share), rho)
     state = solved(model, limit, rho, share, system)
-    responses = limit.responses(state)[0]
+    responses = limit.responses(state)
     adjoints = solve_adjoints(model, system, responses)
     return response_gradients(state, responses, adjoints)[0]
 
@@ -154,7 +154,7 @@ PART_BUCKLING = PartBucklingLimit(
 
 
 def smoothed(limit, state):
-    (response,), _ = limit.responses(state)
+    (response,) = limit.responses(state)
     return response.value
 
 

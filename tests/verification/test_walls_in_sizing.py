@@ -216,7 +216,7 @@ def test_gradients_of_a_displacement_are_exact(model):
 
     system = homogenised_system(model, rho)
     state = solved_state(model, rho, [limit], system)
-    responses = limit.responses(state)[0]
+    responses = limit.responses(state)
     adjoints = solve_adjoints(model, system, responses)
     gradient = response_gradients(state, responses, adjoints)[0]
     # Both ways move the tip by a thousand times what the solver leaves.

@@ -250,7 +250,7 @@ def lattice_share(
     model, rho = state.model, state.rho
     weights = state.lattice_volumes
     mean = float(weights @ rho / weights.sum())
-    pairs = [(limit.responses(state)[0][0], limit) for limit in limits if limit.follows_stiffness]
+    pairs = [(limit.responses(state)[0], limit) for limit in limits if limit.follows_stiffness]
     if not pairs:
         return 0.0, mean
     worst, _ = max(pairs, key=lambda pair: pair[1].utilisation(pair[0].value))

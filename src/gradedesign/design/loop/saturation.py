@@ -110,7 +110,7 @@ def _solved(part: HomogenisedModel, limits: Sequence[Limit], iteration: DesignIt
 
 def _relative_slope(solved: _Solved, limit: Limit) -> FloatArray:
     """Derivative of a utilisation by every density, over the utilisation, ``(M,)``."""
-    response = limit.responses(solved.state)[0][0]
+    response = limit.responses(solved.state)[0]
     adjoints = solve_adjoints(solved.state.model, solved.system, [response])
     slope = limit.utilisation_slope(response.value) / limit.utilisation(response.value)
     return response_gradients(solved.state, [response], adjoints)[0] * slope

@@ -14,6 +14,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
 from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.largest import largest_and_slope
 from gradedesign.mechanics.limits.limit import Limit, LimitKind, PlacedModel, StatedLimit
 from gradedesign.mechanics.limits.limits_schema import LimitsSpec
 from gradedesign.mechanics.limits.state import HomogenisedState, Predicted, Response
@@ -26,10 +27,6 @@ WAVES = ("waves of one or two cells", "waves of many cells")
 #: Exponent of the norm: a tetrahedron that is used 10 % less than the worst weighs a fifth of it.
 #: Chosen, not measured.
 _NORM = 16.0
-#: Weights below this are none: 1000 of them change a sum by 1e-6.
-_NEGLIGIBLE = 1e-9
-#: Keeps quotients finite where nothing is loaded.
-_TINY = 1e-300
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -71,22 +68,11 @@ class BucklingLimit(Limit):
         use = self.law.buckling(state.buckling_profile(load_case), state.effective_density)
         return np.where(state.lattice_volumes > 0, use, 0.0)
 
-    def responses(
-        self, state: HomogenisedState, memory: tuple[int, ...] = ()
-    ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
-        """The largest share of every load case, with the derivative of a norm that equals it.
-
-        The norm is in proportion to that of `_NORM` over all tetrahedra, so that those that come
-        next are held with the worst one (Le, Norato, Bruns, Ha, Tortorelli, Struct. Multidisc.
-        Optim. 41, 2010, 605-620, equation 17).
-        """
+    def responses(self, state: HomogenisedState) -> tuple[Response, ...]:
+        """The largest share of every load case, see `largest_and_slope`."""
         found = []
         for name in state.load_cases:
-            use = self._uses(state, name)
-            value = float(use.max())
-            part = (use / value) ** (_NORM - 1.0) if value > 0.0 else use
-            part[part < _NEGLIGIBLE] = 0.0
-            by_use = part * (value / max(float((part * use).sum()), _TINY))
+            value, by_use = largest_and_slope(self._uses(state, name), _NORM)
             by_displacement, by_density = state.through_buckling(name, by_use)
             response = Response(
                 name=f"{self.name} ({name})",
@@ -96,7 +82,7 @@ class BucklingLimit(Limit):
                 by_design=state.by_density(by_density),
             )
             found.append(response)
-        return tuple(sorted(found, key=lambda each: -each.value)), memory
+        return tuple(sorted(found, key=lambda each: -each.value))
 
     def _outside(self, density: FloatArray, element: int) -> str:
         """Say how an element's density is outside the computed ones; empty if it is inside."""

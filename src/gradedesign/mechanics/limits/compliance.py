@@ -61,9 +61,7 @@ class ComplianceLimit(Limit):
         work = float((state.force(name) * state.displacement(name)).sum())
         return Predicted(value=self.factor * work, load_case=name)
 
-    def responses(
-        self, state: HomogenisedState, memory: tuple[int, ...] = ()
-    ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
+    def responses(self, state: HomogenisedState) -> tuple[Response, ...]:
         """Derivatives of ``f . u`` by the displacements and, through f, by the design."""
         name = self.key.load_case
         force, u = state.force(name), state.displacement(name)
@@ -74,7 +72,7 @@ class ComplianceLimit(Limit):
             by_displacement=self.factor * force,
             by_design=self.factor * state.force_slope(name, u),
         )
-        return (response,), memory
+        return (response,)
 
     def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:
         """Work of the loads, N mm."""

@@ -2,8 +2,10 @@
 
 The largest displacement may change places from one design to the next: of a pin in two ears now one
 ear moves most, now the other. Its gradient at the present place alone makes sizing stiffen one at
-the cost of the other, for ever. Places that governed before stay responses of their own, so that
-all of them are held at once.
+the cost of the other, for ever. The region is divided into clusters of nodes, each of which is held
+by a smooth measure of its own (as stresses are by Holmberg, Torstenfelt and Klarbring, Struct.
+Multidisc. Optim. 48, 2013, 33-47): one measure of the whole region holds no two ears, and single
+nodes no rim that moves evenly.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
 from gradedesign.mechanics.limits.analysis import Analysis
 from gradedesign.mechanics.limits.held_region import judged_cases, refuse_held_surfaces
 from gradedesign.mechanics.limits.key import LimitKey
+from gradedesign.mechanics.limits.largest import largest_and_slope
 from gradedesign.mechanics.limits.limit import Limit, LimitKind, PlacedModel, StatedLimit
 from gradedesign.mechanics.limits.limits_schema import DisplacementLimit as DisplacementEntry
 from gradedesign.mechanics.limits.limits_schema import (
@@ -36,14 +39,15 @@ from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.mechanics.limits.state import HomogenisedState, Predicted, Response
 from gradedesign.mechanics.material.material import Material
 
-#: Nodes nearer than this share of the region's extent count as one place. Chosen, not measured.
-APART = 0.2
-#: A place that moves less than this share of the largest displacement governs no more. With it and
-#: `_MOST_PLACES` sizing of `clevis`, whose two ears take turns, holds after 8 to 14 iterations;
-#: with the present node alone not after 60.
-_RELEVANT = 0.5
-#: Places of a limit that are followed. Chosen, not measured.
-_MOST_PLACES = 4
+#: Clusters of a region's nodes, and exponent of the measure of each: a node that moves 10 % less
+#: than the farthest weighs a fifth of it. Sizing of a plate around a hole under pressure, whose rim
+#: moves evenly, settles at 16.4 g after 16 iterations; with one measure of that exponent at 20.6 g
+#: after 30, with the four nodes that moved most at 17.7 g after 62. `clevis`, whose two ears take
+#: turns: 244 g, 279 g, 252 g.
+_CLUSTERS, _NORM = 8, 16.0
+#: A cluster that moves less than this share of the largest displacement governs no more: two steps
+#: of sizing change a displacement by less. Chosen, not measured.
+_RELEVANT = 0.7
 #: A region that moves by less than this share of the part's largest displacement is at rest.
 #: Chosen, not measured.
 _AT_REST = 1e-6
@@ -79,13 +83,34 @@ class DisplacementLimit(Limit):
         u = state.displacement(self.key.load_case)
         return Predicted(value=self._response(u, self.nodes).value, load_case=self.key.load_case)
 
-    def responses(
-        self, state: HomogenisedState, memory: tuple[int, ...] = ()
-    ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
-        """Displacements of the places that govern; ``memory`` holds their nodes."""
+    def responses(self, state: HomogenisedState) -> tuple[Response, ...]:
+        """Largest displacement of every cluster of nodes that is near the largest of all."""
         u = state.displacement(self.key.load_case)
-        places = governing_places(u, self.nodes, self.component, state.nodes, memory)
-        return tuple(self._response(u, np.array([node])) for node in places), places
+        found = [
+            self._cluster(u, self.nodes[mine])
+            for mine in clusters(state.nodes[:, self.nodes], _CLUSTERS)
+        ]
+        least = _RELEVANT * max(response.value for response in found)
+        relevant = [response for response in found if response.value >= least]
+        return tuple(sorted(relevant, key=lambda response: -response.value))
+
+    def _cluster(self, u: FloatArray, nodes: IntArray) -> Response:
+        """The largest displacement of some nodes, mm, see `largest_and_slope`."""
+        chosen = slice(None) if self.component is None else [self.component]
+        moved = u[chosen][:, nodes]
+        sizes = np.linalg.norm(moved, axis=0)
+        value, by_size = largest_and_slope(sizes, _NORM)
+        directions = np.divide(moved, sizes, out=np.zeros_like(moved), where=sizes > 0.0)
+        slope = np.zeros((3, nodes.size))
+        slope[chosen] = self.factor * by_size * directions
+        by_displacement = np.zeros_like(u)
+        by_displacement[:, nodes] = slope
+        return Response(
+            name=self.name,
+            load_case=self.key.load_case,
+            value=self.factor * value,
+            by_displacement=by_displacement,
+        )
 
     def _response(self, u: FloatArray, nodes: IntArray) -> Response:
         """Value of nodes of the region, mm, with its derivative by displacements ``(3, N)``."""
@@ -152,33 +177,29 @@ def largest_displacement(
     return float(values[k]), int(nodes[k])
 
 
-def governing_places(
-    displacement: FloatArray,
-    nodes: IntArray,
-    component: int | None,
-    points: FloatArray,
-    before: Sequence[int],
-) -> tuple[int, ...]:
-    """Nodes that govern a region or governed it before, the present one first.
+def clusters(points: FloatArray, count: int) -> list[IntArray]:
+    """Divide points ``(3, k)`` into at most so many clusters, each around a point of its own.
 
-    Parameters
-    ----------
-    displacement : (3, N) array, mm
-    nodes : (k,) int array
-        Of the region.
-    points : (3, N) array, mm
-    before : sequence of int
-        Nodes that governed earlier designs; those that move little now are dropped.
+    The next one is the farthest from those before (Gonzalez, Theor. Comput. Sci. 38, 1985,
+    293-306), and each point belongs to the nearest of them.
+
+    Examples
+    --------
+    >>> x = np.array([0.0, 0.1, 5.0, 5.2])
+    >>> [mine.tolist() for mine in clusters(np.array([x, 0 * x, 0 * x]), 2)]
+    [[0, 1], [2, 3]]
     """
-    largest, node = largest_displacement(displacement, nodes, component)
-    extent = float(np.linalg.norm(np.ptp(points[:, nodes], axis=1)))
-    places = [node]
-    for nearer in before:
-        away = np.linalg.norm(points[:, places] - points[:, [nearer]], axis=0)
-        value, _ = largest_displacement(displacement, np.array([nearer]), component)
-        if away.min() > APART * extent and value >= _RELEVANT * largest:
-            places.append(nearer)
-    return tuple(places[:_MOST_PLACES])
+    distance = np.full(points.shape[1], np.inf)
+    nearest = np.zeros(points.shape[1], dtype=np.int64)
+    centre = 0
+    for number in range(count):
+        away = np.linalg.norm(points - points[:, [centre]], axis=0)
+        nearest[away < distance] = number
+        distance = np.minimum(distance, away)
+        centre = int(np.argmax(distance))
+        if distance[centre] == 0.0:
+            break
+    return [np.flatnonzero(nearest == number) for number in range(int(nearest.max()) + 1)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

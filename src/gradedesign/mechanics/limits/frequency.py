@@ -82,29 +82,24 @@ class FrequencyLimit(Limit):
         value = self.factor * float(frequencies[self.number - 1])
         return Predicted(value=value, load_case=self.key.load_case)
 
-    def responses(
-        self, state: HomogenisedState, memory: tuple[int, ...] = ()
-    ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
+    def responses(self, state: HomogenisedState) -> tuple[Response, ...]:
         """The n-th frequency, and those just above it, with their derivatives."""
         modes = state.modes(self.key.load_case)
         frequencies = modes.frequencies
         first = self.number - 1
         near = frequencies[first:] <= (1.0 + _NEAR) * frequencies[first]
-        return (
-            tuple(
-                Response(
-                    name=f"{self.name}, mode {k + 1}",
-                    load_case=self.key.load_case,
-                    value=self.factor * float(frequencies[k]),
-                    mode=ModeShape(
-                        shape=modes.shapes[k].reshape(-1, 3).T,
-                        square=float(modes.values[k]),
-                        by_square=self.factor * float(frequencies[k] / modes.values[k] / 2.0),
-                    ),
-                )
-                for k in first + np.flatnonzero(near)
-            ),
-            memory,
+        return tuple(
+            Response(
+                name=f"{self.name}, mode {k + 1}",
+                load_case=self.key.load_case,
+                value=self.factor * float(frequencies[k]),
+                mode=ModeShape(
+                    shape=modes.shapes[k].reshape(-1, 3).T,
+                    square=float(modes.values[k]),
+                    by_square=self.factor * float(frequencies[k] / modes.values[k] / 2.0),
+                ),
+            )
+            for k in first + np.flatnonzero(near)
         )
 
     def compliance(self, value: float) -> float:

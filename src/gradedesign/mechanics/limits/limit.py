@@ -113,16 +113,8 @@ class Limit(ABC):
         """Value on the homogenised part, times `factor`."""
 
     @abstractmethod
-    def responses(
-        self, state: HomogenisedState, memory: tuple[int, ...] = ()
-    ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
-        """Values with their derivatives, the governing one first, and the memory for the next call.
-
-        Parameters
-        ----------
-        memory : tuple of int
-            Memory that the last call of this sizing returned; empty at first.
-        """
+    def responses(self, state: HomogenisedState) -> tuple[Response, ...]:
+        """Values with their derivatives, the governing one first."""
 
     def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:  # noqa: ARG002
         """Values in an analysis of the solid part or of the explicit lattice; none unless measured.

@@ -44,11 +44,9 @@ class MeanDisplacementLimit(DisplacementLimit):
             return "mean length over the area of the region"
         return "mean over the area of the region"
 
-    def responses(
-        self, state: HomogenisedState, memory: tuple[int, ...] = ()
-    ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
+    def responses(self, state: HomogenisedState) -> tuple[Response, ...]:
         """The mean with its derivative by the nodal displacements of the region."""
-        return (self._response(state.displacement(self.key.load_case), self.nodes),), memory
+        return (self._response(state.displacement(self.key.load_case), self.nodes),)
 
     def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:
         """Mean over the area where the solid reaches the region, mm."""

@@ -80,9 +80,7 @@ class PartBucklingLimit(Limit):
         lowest = float(state.load_factors(self.key.load_case).values[0])
         return Predicted(value=self.factor * lowest, load_case=self.key.load_case)
 
-    def responses(
-        self, state: HomogenisedState, memory: tuple[int, ...] = ()
-    ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
+    def responses(self, state: HomogenisedState) -> tuple[Response, ...]:
         """A smooth value a little below the lowest factor, with its derivatives."""
         load_case = self.key.load_case
         modes = state.load_factors(load_case)
@@ -96,7 +94,7 @@ class PartBucklingLimit(Limit):
             by_design=by_design,
             shape=modes.shapes[0].reshape(-1, 3).T,
         )
-        return (response,), memory
+        return (response,)
 
     def compliance(self, value: float) -> float:
         """One over the factor, which grows as stiffness does."""

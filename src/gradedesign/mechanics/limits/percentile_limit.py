@@ -62,13 +62,11 @@ class PercentileLimit(Limit):
         )
         return Predicted(value=self.factor * value, load_case=load_case)
 
-    def responses(
-        self, state: HomogenisedState, memory: tuple[int, ...] = ()
-    ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
+    def responses(self, state: HomogenisedState) -> tuple[Response, ...]:
         """The percentile in every load case, the largest first."""
         found = [(self.volume_percentile(state, name), name) for name in state.load_cases]
         found.sort(key=lambda each: -each[0].value)
-        return tuple(self.response(state, *each) for each in found), memory
+        return tuple(self.response(state, *each) for each in found)
 
     def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:
         """The largest percentile of every phase that it judges, MPa."""

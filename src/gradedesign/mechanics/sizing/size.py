@@ -117,14 +117,13 @@ def size(
     least = np.maximum(keep * x, lo)
     asymptotes = first_asymptotes(x, *ends)
     history: list[SizingStep] = []
-    memories: list[tuple[int, ...]] = [()] * len(problem.limits)
     recent: deque[tuple[FloatArray, ...]] = deque(maxlen=_RECENT)
     change = 1.0
     for iteration in range(INSISTENCE * max_iterations):
         rho, share = element_densities(problem, x), element_shares(problem, x)
         most = max_iterations * (1 if iteration < max_iterations else INSISTENCE)
         with stepping(f"sizing iteration {iteration + 1} of {most} at most"):
-            analysed = _analyse(problem, rho, share, memories, recent)
+            analysed = _analyse(problem, rho, share, recent)
         used = analysed.utilisations
         history.append(sizing_step(problem, rho, iteration, used, change, share))
         if on_step is not None:
@@ -240,13 +239,12 @@ def _analyse(
     problem: SizingProblem,
     rho: FloatArray,
     share: FloatArray | None,
-    memories: list[tuple[int, ...]],
     recent: deque[tuple[FloatArray, ...]],
 ) -> _Analysed:
     """Solve a design for every limit and its gradient.
 
-    ``memories`` are those of the limits from earlier designs, ``recent`` the displacements under
-    loads and adjoint loads of the last of them; both are brought up to date.
+    ``recent`` are the displacements under loads and adjoint loads of the last designs, and is
+    brought up to date.
     """
     model, limits = with_members(problem.model, share), problem.limits
     system = homogenised_system(model, rho, [u for design in recent for u in design])
@@ -256,11 +254,9 @@ def _analyse(
     used: list[float] = []
     slopes: list[float] = []
     # No value of a limit is used more than its prediction: those out of reach need no derivative.
-    for k, (limit, chosen) in enumerate(
-        zip(limits, _in_reach(np.array(utilisations)), strict=True)
-    ):
+    for limit, chosen in zip(limits, _in_reach(np.array(utilisations)), strict=True):
         if chosen:
-            predicted, memories[k] = limit.responses(state, memories[k])
+            predicted = limit.responses(state)
             responses += predicted
             used += [limit.utilisation(response.value) for response in predicted]
             slopes += [limit.utilisation_slope(response.value) for response in predicted]
