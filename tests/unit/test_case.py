@@ -132,7 +132,7 @@ def test_defaults_of_optional_tables(load):
     assert (case.run.memory, case.run.time) == (8_000_000_000, 3600.0)
     assert (case.run.acceptance, case.run.max_iterations, case.run.stop_after) == (
         "auto",
-        6,
+        12,
         "verdict",
     )
     assert (case.run.elements_per_wall, case.run.submodel_count) == (None, 2)

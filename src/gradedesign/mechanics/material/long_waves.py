@@ -176,6 +176,7 @@ def _starts() -> FloatArray:
 
 _STARTS = _starts()
 _VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
+#: Places of the Voigt components in a tensor.
 _VOIGT_PLACES = ((0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1))
 #: How often a Voigt component stands in its tensor.
 _TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
