@@ -4,13 +4,13 @@ Run ``python benchmarks/bench_side_by_side.py [FOLDER_OF_LIBTBB [LAYER]]``; a la
 is forced on every run, as a user's setting is. Each turn runs one alone and then two, so that a
 ratio compares neighbours in time; medians of the turns. Processor time shows threads that spin.
 Others on the machine change wall times, so the cores that they keep busy stand beside (Linux).
-At most 1.3 times the wall time is wanted on two idle cores.
+At most 1.3 times the wall time is wanted on two idle cores; one run alone keeps 1.4 of them busy,
+so that twice its processor time takes 1.4 times its wall time at best.
 
-Three turns on two cores of which others kept 1.0 to 1.7 busy, where one alone takes all that is
-left, so that twice the wall time is what two of them need: libtbb absent, 33 to 147 s alone, 1.85
-times for two (1.13, 1.99, 1.85) at 0.93 times the processor time a run (0.93, 0.83, 1.02);
-present, 31 to 69 s alone, 1.57 times (1.06, 1.57, 1.98) at 1.08 times (0.97, 1.10, 1.08). Threads
-that wait for each other take no processor time with either.
+Three turns on two idle cores, kernels in the cache: libtbb absent, 16.1 to 17.2 s alone, 1.40 times
+for two (1.36, 1.40, 1.49) at 1.00 times the processor time a run (0.96, 1.00, 1.06); present, 16.4
+to 17.1 s alone, 1.43 times (1.43, 1.51, 1.42) at 1.01 times (1.01, 1.07, 1.01). Two runs take 45.6
+to 48.6 s of processor time in 23.4 to 25.0 s: all of both cores.
 """
 
 from __future__ import annotations
