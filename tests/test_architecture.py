@@ -173,8 +173,8 @@ def crossing_names():
 #: scene, which shows what every room finds, eighteen; what other bodies weigh four; members within
 #: tetrahedra and void eight; processes and as-built bodies, fourteen.
 #: Buckling of the part brought five. Still and figure in the page of `compare` brought two; records
-#: that show themselves in notebooks, eight; cases of a suite in processes of their own, four; energies
-#: by moments of the stiffness, from which those of all members follow at once, one.
+#: that show themselves in notebooks, eight; cases of a suite in processes of their own, four;
+#: energies by moments of the stiffness, from which those of all members follow at once, one.
 CROSSING = 1091
 
 

@@ -17,7 +17,8 @@ from gradedesign.mechanics.fe.space import tet_space
 from gradedesign.mechanics.fe.stress import weighted_percentile
 from gradedesign.mechanics.fe.supports import supports_on
 from gradedesign.mechanics.limits.cell_buckling import _NORM, WAVES, BucklingLimit
-from gradedesign.mechanics.limits.displacement import DisplacementLimit
+from gradedesign.mechanics.limits.displacement import _CLUSTERS, DisplacementLimit, clusters
+from gradedesign.mechanics.limits.displacement import _NORM as _REGION_NORM
 from gradedesign.mechanics.limits.frequency import FrequencyLimit
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.local_stress import StressLimit
@@ -137,6 +138,37 @@ def test_gradient_matches_central_differences(acceleration, temperature, compone
     assert_slope(model, limit, rho, rng)
 
 
+@pytest.mark.parametrize("component", [None, 2], ids=["magnitude", "component"])
+def test_gradient_of_every_cluster_of_a_region_matches_central_differences(component):
+    """Each is that of the norm of its nodes, in proportion to their largest displacement."""
+    model, limit, rho, rng = _problem((0.0, 0.0, 0.0), 0.0, component)
+    tip = np.flatnonzero(model.space.nodes[0] > 20 - 1e-9)
+    limit = replace(limit, nodes=tip)
+    parts = [tip[mine] for mine in clusters(model.space.nodes[:, tip], _CLUSTERS)]
+    direction = 1e-5 * rng.standard_normal(rho.size)
+
+    def sizes(state, nodes):
+        u = state.displacement("load")[:, nodes]
+        return np.linalg.norm(u, axis=0) if component is None else np.abs(u[component])
+
+    states = [solved(model, limit, rho + s * direction) for s in (-1, 0, 1)]
+    system = homogenised_system(model, rho)
+    responses = limit.responses(states[1])
+    gradients = response_gradients(states[1], responses, solve_adjoints(model, system, responses))
+    expected = {}
+    for nodes in parts:
+        back, here, ahead = (
+            (sizes(state, nodes) ** _REGION_NORM).sum() ** (1 / _REGION_NORM) for state in states
+        )
+        largest = limit.factor * sizes(states[1], nodes).max()
+        expected[largest] = largest * (ahead - back) / (2 * here)
+    assert len(responses) > 4
+    for response, gradient in zip(responses, gradients, strict=True):
+        nearest = min(expected, key=lambda value: abs(value - response.value))
+        assert response.value == pytest.approx(nearest, rel=1e-12)
+        assert gradient @ direction == pytest.approx(expected[nearest], rel=1e-5)
+
+
 @pytest.mark.parametrize(("number", "exponent"), [(1, 0.0), (2, 0.7), (3, 0.0)])
 def test_gradient_of_a_frequency_matches_central_differences(number, exponent):
     model, _, rho, rng = _problem((0.0, 0.0, 0.0), 0.0, None, exponent)
@@ -250,7 +282,7 @@ def test_gradient_of_cell_buckling_matches_central_differences(waves, temperatur
     assert limit.predict(state).governs == WAVES[waves == "long"]
     direction = rng.standard_normal(rho.size)
     ahead, back = (norm(solved(model, limit, rho + s * 1e-6 * direction)) for s in (1, -1))
-    # In proportion to the norm, and the largest use at the design that is looked at.
+    # Steps are short, since uses have kinks. In proportion to the norm, and the largest use here.
     expected = predicted(limit, state) * (ahead - back) / (2e-6 * norm(state))
     assert gradient_of(model, limit, rho) @ direction == pytest.approx(expected, rel=1e-5)
 
