@@ -24,6 +24,13 @@ BoolArray: TypeAlias = NDArray[np.bool_]
 #: An implicit field: points (3, ...) in mm (or cell units) to values (...), negative inside.
 Field: TypeAlias = Callable[[FloatArray], FloatArray]
 
+#: Place in a Voigt vector of every component of a symmetric tensor.
+VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
+#: Places in a tensor of the Voigt components.
+VOIGT_PLACES = ((0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1))
+#: How often a Voigt component stands in its tensor; over it an engineering strain is the tensor's.
+VOIGT_COUNTS = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LipschitzField:

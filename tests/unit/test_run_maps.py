@@ -25,9 +25,9 @@ from gradedesign.geometry.maps.size_law import densities_for_sizes
 from gradedesign.geometry.tets.tet_mesh import centroids
 from gradedesign.mechanics.explicit.neighbourhoods import neighbourhood_cells
 from gradedesign.mechanics.fe.element_points import element_points
+from gradedesign.mechanics.material.bond_matrix import bond_matrix
 from gradedesign.mechanics.material.power_law import power_law
 from gradedesign.mechanics.material.scaling_law import LawOrigin
-from gradedesign.mechanics.sizing.homogenised_model import bond_matrix
 from gradedesign.program.host.registry import build_registry
 
 CASE = (

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from meshes import box_mesh, solve_one, uniform
 
+from gradedesign.arrays import VOIGT
 from gradedesign.errors import SolverError
 from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_facets
 from gradedesign.mechanics.fe.assembly import assemble, assembly_pattern, matvec
@@ -11,7 +12,7 @@ from gradedesign.mechanics.fe.facets import outward_area_vectors
 from gradedesign.mechanics.fe.loads import traction_force
 from gradedesign.mechanics.fe.space import tet_space
 from gradedesign.mechanics.fe.stiffness import AnisotropicStiffness
-from gradedesign.mechanics.fe.stress import VOIGT, element_stress
+from gradedesign.mechanics.fe.stress import element_stress
 from gradedesign.mechanics.fe.supports import Supports, supports_at
 
 # A displacement gradient with all six strains and a rotation.

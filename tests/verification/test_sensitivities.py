@@ -26,6 +26,7 @@ from gradedesign.mechanics.limits.member_stress import MemberStressLimit
 from gradedesign.mechanics.limits.part_buckling import PartBucklingLimit
 from gradedesign.mechanics.limits.volume_percentile import volume_percentile
 from gradedesign.mechanics.material import long_waves
+from gradedesign.mechanics.material.bond_matrix import bond_matrix
 from gradedesign.mechanics.material.buckling_law import BucklingLaw
 from gradedesign.mechanics.material.buckling_table import BucklingTable
 from gradedesign.mechanics.material.law_field import SPREAD, LawField
@@ -36,11 +37,7 @@ from gradedesign.mechanics.material.scaling_law import LawOrigin
 from gradedesign.mechanics.material.strength_surface import StrengthSurface
 from gradedesign.mechanics.sizing.effective_density import EffectiveDensity
 from gradedesign.mechanics.sizing.homogenised import homogenised_system
-from gradedesign.mechanics.sizing.homogenised_model import (
-    bond_matrix,
-    effective_density,
-    homogenised_model,
-)
+from gradedesign.mechanics.sizing.homogenised_model import effective_density, homogenised_model
 from gradedesign.mechanics.sizing.members import with_members, with_moments
 from gradedesign.mechanics.sizing.responses import response_gradients, solve_adjoints
 from gradedesign.mechanics.sizing.solid_moments import solid_fraction, solid_moments

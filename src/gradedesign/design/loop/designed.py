@@ -20,13 +20,10 @@ from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.graded_map import wanted_size
 from gradedesign.geometry.lattice.placed_layout import graded_layout
 from gradedesign.geometry.tets.tet_mesh import centroids
+from gradedesign.mechanics.material.bond_matrix import bond_matrix
 from gradedesign.mechanics.sizing.density_beside_solids import density_beside_solids
 from gradedesign.mechanics.sizing.filter import cone_mean
-from gradedesign.mechanics.sizing.homogenised_model import (
-    HomogenisedModel,
-    bond_matrix,
-    filter_weights,
-)
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel, filter_weights
 from gradedesign.mechanics.sizing.members import MemberField
 from gradedesign.mechanics.sizing.solid_moments import solid_fraction
 

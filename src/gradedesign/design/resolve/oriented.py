@@ -28,7 +28,8 @@ from gradedesign.geometry.part.part import Part
 from gradedesign.geometry.tets.tet_mesh import centroids
 from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.stress import element_stress
-from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel, bond_matrix
+from gradedesign.mechanics.material.bond_matrix import bond_matrix
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 
 
 def oriented_frames(spec: LatticeSpec, part: Part, tensor_of: Field, where: Where) -> Field:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -40,21 +40,10 @@ def cylindrical_map(
     axis : (3,) sequence
     """
     count = whole_cells(around, "around the axis")
-    for name, value in (
-        ("radial size", radial_size),
-        ("axial size", axial_size),
-        ("inner radius", inner_radius),
-    ):
-        if not (np.isfinite(value) and value > 0):
-            raise CaseError(f"the cylindrical map's {name} is {value:g} mm; use a positive length")
-    frame = frame_along(axis)
-    start = np.asarray(origin, dtype=np.float64)
+    lengths = {"radial size": radial_size, "axial size": axial_size, "inner radius": inner_radius}
+    require_lengths("cylindrical", lengths)
+    frame, local = about_axis(origin, axis)
     turn = count / (2 * np.pi)
-
-    def local(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        x = np.asarray(points, dtype=np.float64)
-        a, b, height = np.tensordot(frame.T, x - along(start, x), axes=1)
-        return a, b, height, np.hypot(a, b)
 
     def coordinates(points: FloatArray) -> FloatArray:
         a, b, height, radius = local(points)
@@ -86,6 +75,31 @@ def cylindrical_map(
         singular=singular,
         singular_name=f"its axis, nearer than the inner radius of {inner_radius:g} mm",
     )
+
+
+def about_axis(
+    origin: Sequence[float], axis: Sequence[float]
+) -> tuple[FloatArray, Callable[[FloatArray], tuple[FloatArray, ...]]]:
+    """Frame along an axis, and a function from points ``(3, ...)`` to coordinates in it, mm.
+
+    The coordinates are two across the axis, that along it, and the distance from it.
+    """
+    frame = frame_along(axis)
+    start = np.asarray(origin, dtype=np.float64)
+
+    def local(points: FloatArray) -> tuple[FloatArray, ...]:
+        x = np.asarray(points, dtype=np.float64)
+        a, b, height = np.tensordot(frame.T, x - along(start, x), axes=1)
+        return a, b, height, np.hypot(a, b)
+
+    return frame, local
+
+
+def require_lengths(kind: str, lengths: Mapping[str, float]) -> None:
+    """Refuse lengths of a kind of map, mm, that are not positive."""
+    for name, value in lengths.items():
+        if not (np.isfinite(value) and value > 0):
+            raise CaseError(f"the {kind} map's {name} is {value:g} mm; use a positive length")
 
 
 def whole_cells(count: float, where: str) -> int:

@@ -8,8 +8,8 @@ import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.errors import CaseError
-from gradedesign.geometry.maps.cell_map import CellMap, along, frame_along
-from gradedesign.geometry.maps.cylindrical_map import whole_cells
+from gradedesign.geometry.maps.cell_map import CellMap
+from gradedesign.geometry.maps.cylindrical_map import about_axis, require_lengths, whole_cells
 
 
 def spherical_map(
@@ -47,14 +47,12 @@ def spherical_map(
     """
     turn = whole_cells(around, "around the equator") / (2 * np.pi)
     rise = whole_cells(pole_to_pole, "from pole to pole") / np.pi
-    _require_shell(radial_size, inner_radius, polar_cap)
-    frame = frame_along(axis)
-    start = np.asarray(origin, dtype=np.float64)
-
-    def local(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        x = np.asarray(points, dtype=np.float64)
-        a, b, c = np.tensordot(frame.T, x - along(start, x), axes=1)
-        return a, b, c, np.hypot(a, b)
+    require_lengths("spherical", {"radial size": radial_size, "inner radius": inner_radius})
+    if not 0 < polar_cap < 90:
+        raise CaseError(
+            f"the spherical map's polar cap is {polar_cap:g} degrees; use an angle between 0 and 90"
+        )
+    frame, local = about_axis(origin, axis)
 
     def coordinates(points: FloatArray) -> FloatArray:
         a, b, c, across = local(points)
@@ -94,14 +92,3 @@ def spherical_map(
             f"its centre (inner radius {inner_radius:g} mm) and poles (cap {polar_cap:g} degrees)"
         ),
     )
-
-
-def _require_shell(radial_size: float, inner_radius: float, polar_cap: float) -> None:
-    """Refuse impossible lengths, mm, and an impossible cap, degrees."""
-    for name, value in (("radial size", radial_size), ("inner radius", inner_radius)):
-        if not (np.isfinite(value) and value > 0):
-            raise CaseError(f"the spherical map's {name} is {value:g} mm; use a positive length")
-    if not 0 < polar_cap < 90:
-        raise CaseError(
-            f"the spherical map's polar cap is {polar_cap:g} degrees; use an angle between 0 and 90"
-        )

@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.arrays import VOIGT, FloatArray, IntArray
 from gradedesign.errors import SolverError
 from gradedesign.geometry.tets.tet_mesh import signed_volumes
 from gradedesign.mechanics.fe._stress_kernels import initial_strain_force
@@ -36,9 +36,6 @@ from gradedesign.mechanics.fe.stiffness import (
 )
 
 #: A traction in MPa: one vector (3,), one per facet (3, k), or a function of points (3, ...) in mm.
-#: Voigt index of every tensor component, order xx, yy, zz, yz, xz, xy.
-_VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
-
 Traction: TypeAlias = ArrayLike | Callable[[FloatArray], FloatArray]
 
 #: A region is too narrow to carry a moment when its load matrix is conditioned worse than this.
@@ -233,7 +230,7 @@ def stress_force(space: TetSpace, stress: FloatArray) -> FloatArray:
     """
     gradients = coordinate_gradients(space)
     shapes = shape_derivatives(space.order, barycentric("gauss"))
-    flux = np.einsum("xymq,mvy->xvqm", stress[_VOIGT], gradients, optimize=True)
+    flux = np.einsum("xymq,mvy->xvqm", stress[VOIGT], gradients, optimize=True)
     return _scattered(
         space,
         space.elements.astype(np.int64),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gradedesign.arrays import FloatArray, read_only
+from gradedesign.arrays import VOIGT, FloatArray, read_only
 from gradedesign.common.system.threads import in_ranges
 from gradedesign.errors import SolverError
 from gradedesign.geometry.tets.tet_mesh import signed_volumes
@@ -28,8 +28,6 @@ from gradedesign.mechanics.fe.stiffness import (
 #: Share of the values that `weighted_percentile` puts in order, over that above the percentile: of
 #: equal weights a third of them is enough.
 _SORTED = 3.0
-#: Voigt index of every tensor component, order xx, yy, zz, yz, xz, xy.
-VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
 
 
 def element_stress(

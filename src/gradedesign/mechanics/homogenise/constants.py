@@ -8,8 +8,6 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 
-_VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EngineeringConstants:

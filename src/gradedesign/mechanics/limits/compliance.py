@@ -84,15 +84,10 @@ def _entries(limits: Any) -> Sequence[ComplianceEntry]:
     return entries
 
 
-def _limited(load_cases: Sequence[LoadCaseSpec], entry: ComplianceEntry) -> list[LoadCaseSpec]:
-    """Load cases that an entry names or means."""
-    return [load for load in load_cases if entry.load_case in (None, load.name)]
-
-
 def _make(limits: LimitsSpec, placed: PlacedModel) -> tuple[Sequence[Limit], Sequence[str]]:
     made, warnings = [], []
     for number, entry in enumerate(_entries(limits)):
-        for load in _limited(placed.load_cases, entry):
+        for load in entry.judged(placed.load_cases):
             if not load.has_forces:
                 warnings.append(
                     f"work of the loads is not judged in load case '{load.name}', which has no "
@@ -121,7 +116,7 @@ def _stated(
             allowed=stated_words(entry.work, ComplianceLimit.unit),
         )
         for entry in _entries(limits)
-        for load in _limited(load_cases, entry)
+        for load in entry.judged(load_cases)
         if load.has_forces
     ]
 
@@ -134,7 +129,7 @@ def _require(
 ) -> None:
     """Refuse entries all of whose load cases have no loads."""
     for number, entry in enumerate(_entries(limits)):
-        cases = _limited(load_cases, entry)
+        cases = entry.judged(load_cases)
         if any(load.has_forces for load in cases):
             continue
         names = ", ".join(f"'{load.name}'" for load in cases)

@@ -262,8 +262,7 @@ class DisplacementKind:
                 region=entry.region,
             )
             for entry in self._entries(limits)
-            for load in load_cases
-            if entry.load_case in (None, load.name)
+            for load in entry.judged(load_cases)
         ]
 
     def _require(

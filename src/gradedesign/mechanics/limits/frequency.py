@@ -9,27 +9,18 @@ modes of a square beam do, each would else be raised at the cost of the other, f
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field
 
-from gradedesign.common.values.locate import Where
-from gradedesign.common.values.suggest import shown
 from gradedesign.common.values.value_types import Whole
-from gradedesign.errors import CaseError
-from gradedesign.geometry.part.regions import Region
 from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
-from gradedesign.mechanics.fe.modes import ModeGoal
-from gradedesign.mechanics.limits.analysis import Analysis
-from gradedesign.mechanics.limits.key import LimitKey
-from gradedesign.mechanics.limits.limit import Limit, LimitKind, PlacedModel, StatedLimit
-from gradedesign.mechanics.limits.limits_schema import AtLeast, LimitEntry, LimitsSpec
-from gradedesign.mechanics.limits.row import LimitRow
+from gradedesign.mechanics.limits.limits_schema import AtLeast, LimitEntry
+from gradedesign.mechanics.limits.mode_limit import ModeKind, ModeLimit
 from gradedesign.mechanics.limits.state import HomogenisedState, ModeShape, Predicted, Response
-from gradedesign.mechanics.material.material import Material
 
 #: Frequencies up to this share above the n-th enter sizing beside it: one step moves a frequency by
 #: less, a few per cent. Chosen, not measured.
@@ -56,25 +47,15 @@ class FrequencyEntry(LimitEntry):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FrequencyLimit(Limit):
+class FrequencyLimit(ModeLimit):
     """The n-th lowest natural frequency about the supports of one load case."""
 
-    number: int  #: n, counted from 1.
-
     unit: ClassVar[str] = "Hz"
-    converges: ClassVar[bool] = True
-    unfavourable: ClassVar[str] = "low"
-    # Lattice far from the supports may raise a frequency above that of the solid part.
-    solid_is_best: ClassVar[bool] = False
 
     @property
     def measure(self) -> str:
         """Undamped."""
         return "undamped natural frequency, without prestress"
-
-    def mode(self) -> ModeGoal:
-        """The frequency that analyses are to find."""
-        return ModeGoal(load_case=self.key.load_case, number=self.number)
 
     def predict(self, state: HomogenisedState) -> Predicted:
         """Frequency of the homogenised part, Hz."""
@@ -106,15 +87,11 @@ class FrequencyLimit(Limit):
         """One over the square of the frequency."""
         return value**-2
 
-    def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:
-        """The frequency, Hz; none where an analysis finds no frequencies."""
-        found = analysis.mode_values.get(self.key)
-        return () if found is None else (self.row(found, judged_by),)
 
-
-def _number_words(number: int) -> str:
-    """Name of the limit on a mode."""
-    return "lowest natural frequency" if number == 1 else f"natural frequency {number}"
+def _named(entry: FrequencyEntry) -> tuple[str, str, int]:
+    number = entry.mode
+    name = "lowest natural frequency" if number == 1 else f"natural frequency {number}"
+    return name, f"mode {number}", number
 
 
 def _held_alike(load_case: LoadCaseSpec) -> tuple[object, ...]:
@@ -123,70 +100,20 @@ def _held_alike(load_case: LoadCaseSpec) -> tuple[object, ...]:
     return tuple(sorted(set(held)))
 
 
-def _cases(entry: FrequencyEntry, load_cases: Sequence[LoadCaseSpec]) -> list[LoadCaseSpec]:
-    """Load cases whose supports an entry judges: the first of those that hold the part alike."""
-    of_entry = [load for load in load_cases if entry.load_case in (None, load.name)]
-    first: dict[tuple[object, ...], LoadCaseSpec] = {}
-    for load in of_entry:
+def _held_apart(load_cases: Sequence[LoadCaseSpec]) -> list[LoadCaseSpec]:
+    """The first of the load cases that hold the part alike."""
+    first: dict[Hashable, LoadCaseSpec] = {}
+    for load in load_cases:
         first.setdefault(_held_alike(load), load)
     return list(first.values())
 
 
-def _entries(limits: LimitsSpec) -> Sequence[FrequencyEntry]:
-    return getattr(limits, KIND.name)
-
-
-def _make(limits: LimitsSpec, placed: PlacedModel) -> tuple[list[Limit], list[str]]:
-    made: list[Limit] = [
-        FrequencyLimit(
-            key=LimitKey(kind=KIND.name, component=f"mode {entry.mode}", load_case=load.name),
-            name=_number_words(entry.mode),
-            allowed=entry.least,
-            case_key=f"limits.{KIND.name}[{number}].least",
-            number=entry.mode,
-        )
-        for number, entry in enumerate(_entries(limits))
-        for load in _cases(entry, placed.load_cases)
-    ]
-    return made, []
-
-
-def _stated(
-    limits: LimitsSpec, load_cases: Sequence[LoadCaseSpec], _material: Material
-) -> list[StatedLimit]:
-    return [
-        StatedLimit(
-            name=_number_words(entry.mode),
-            load_case=load.name,
-            allowed=f"at least {entry.least:g} Hz",
-            modes=entry.mode,
-        )
-        for entry in _entries(limits)
-        for load in _cases(entry, load_cases)
-    ]
-
-
-def _require(
-    limits: LimitsSpec,
-    load_cases: Sequence[LoadCaseSpec],
-    _regions: Mapping[str, Region],
-    where: Where,
-) -> None:
-    """Refuse frequencies of a part of which only a share is given: other modes may be lower."""
-    for number, entry in enumerate(_entries(limits)):
-        for load in _cases(entry, load_cases):
-            planes = [fix.region for fix in load.fix if fix.symmetry]
-            if planes:
-                raise CaseError(
-                    f"{where(f'limits.{KIND.name}[{number}].least')}: load case "
-                    f"{shown(load.name)} mirrors the part at {shown(planes[0])}, so that modes "
-                    f"which are not mirrored, often the lowest, would not be found; expected the "
-                    f'whole part, or components = "..." instead of symmetry = true where the '
-                    f"region is a real support"
-                )
-
-
 #: Natural frequencies, ``frequency = [{least = "400 Hz"}]``.
-KIND = LimitKind(
-    name="frequency", make=_make, stated=_stated, entry=FrequencyEntry, require=_require
-)
+KIND = ModeKind(
+    name="frequency",
+    made=FrequencyLimit,
+    entry=FrequencyEntry,
+    named=_named,
+    cases=_held_apart,
+    unseen="modes which are not mirrored, often the lowest",
+).kind()

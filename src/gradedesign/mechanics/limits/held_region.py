@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
 
 import numpy as np
 
@@ -14,26 +13,11 @@ from gradedesign.geometry.part.regions import Region
 from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
 from gradedesign.mechanics.fe.supports import Supports
 from gradedesign.mechanics.limits.limit import PlacedModel
-
-
-class MovingRegion(Protocol):
-    """Entry of a limit on how a region moves."""
-
-    @property
-    def region(self) -> str:
-        """Name."""
-
-    @property
-    def component(self) -> int | None:
-        """0, 1 or 2; None for the whole vector."""
-
-    @property
-    def load_case(self) -> str | None:
-        """The only load case it holds for; None for all."""
+from gradedesign.mechanics.limits.limits_schema import DisplacementLimit
 
 
 def judged_cases(
-    placed: PlacedModel, entry: MovingRegion, place: str, name: str
+    placed: PlacedModel, entry: DisplacementLimit, place: str, name: str
 ) -> tuple[list[str], list[str]]:
     """Load cases in which a region may move, and a warning for each that holds it at rest.
 
@@ -69,7 +53,7 @@ def judged_cases(
 
 def refuse_held_surfaces(
     load_cases: Sequence[LoadCaseSpec],
-    entries: Sequence[MovingRegion],
+    entries: Sequence[DisplacementLimit],
     kind: str,
     regions: Mapping[str, Region],
     where: Where,
@@ -81,7 +65,7 @@ def refuse_held_surfaces(
     for number, entry in enumerate(entries):
         limited = range(3) if entry.component is None else (entry.component,)
         wanted = set(regions[entry.region].triangles.tolist())
-        cases = [load for load in load_cases if entry.load_case in (None, load.name)]
+        cases = entry.judged(load_cases)
         holding_cases = [
             load.name
             for load in cases
@@ -115,7 +99,7 @@ def _prescribed(supports: Supports, nodes: IntArray, component: int | None) -> F
     return value if component is None else value[component]
 
 
-def _refusal(place: str, entry: MovingRegion, holding_cases: Sequence[str]) -> str:
+def _refusal(place: str, entry: DisplacementLimit, holding_cases: Sequence[str]) -> str:
     """Message for a limit that no design could change."""
     cases = f"load case{'s' if len(holding_cases) > 1 else ''} " + ", ".join(
         f"'{name}'" for name in holding_cases

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, TypeAlias, TypeVar
 
@@ -26,6 +26,7 @@ from gradedesign.common.values.value_types import (
     check_range,
 )
 from gradedesign.geometry.part.regions_schema import AxisIndex
+from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
 
 _TIMES_SOLID = re.compile(
     r"\s*(\d{1,6}(?:\.\d{0,6})?|\.\d{1,6})\s*[x\u00d7*]\s*solid\s*", re.ASCII | re.IGNORECASE
@@ -186,6 +187,10 @@ class LimitEntry(Table):
 
     load_case: Name | None = Field(default=None, examples=["tip load"])
     """Name of the only load case it holds for; without it, all."""
+
+    def judged(self, load_cases: Sequence[LoadCaseSpec]) -> list[LoadCaseSpec]:
+        """Load cases that it holds for."""
+        return [load for load in load_cases if self.load_case in (None, load.name)]
 
 
 class DisplacementLimit(LimitEntry):

@@ -16,7 +16,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import VOIGT, VOIGT_COUNTS, VOIGT_PLACES, FloatArray
 from gradedesign.mechanics.material.scaling_law import ScalingLaw
 
 #: Work of the stress on how struts turn beside the lattice's mean rotation, over that on its mean
@@ -97,7 +97,7 @@ def long_wave_slopes(
     strain = np.einsum("aik,ik->ak", strain_of, m)
     tensor = (m[:, None] * n + n[:, None] * m) / 2
     turned = (m**2).sum(axis=0) * n[:, None] * n + SWAY * np.einsum("ijk,jlk->ilk", tensor, tensor)
-    by_stress = -turned[_VOIGT_PLACES] * _TWICE[:, None]
+    by_stress = -turned[VOIGT_PLACES] * VOIGT_COUNTS[:, None]
     softer = np.einsum("ak,abk,bk->k", strain, law.stiffness_derivative(inside), strain)
     share = inside / rho
     by_rho = np.where(inside == rho, -use * softer, -use * share / rho)
@@ -114,7 +114,7 @@ def _wave(n: FloatArray, stress: FloatArray) -> tuple[FloatArray, FloatArray]:
     x, y, z = n
     strain = np.array([[x, zero, zero], [zero, y, zero], [zero, zero, z],
                        [zero, z, y], [z, zero, x], [y, x, zero]])  # fmt: skip
-    S = stress[_VOIGT]
+    S = stress[VOIGT]
     across = np.einsum("ijk,jk->ik", S, n)
     along = (n * across).sum(axis=0)
     unit = np.eye(3)[:, :, None]
@@ -146,7 +146,7 @@ def _searched(stress: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, Fl
 
 def _most(law: ScalingLaw, stress: FloatArray, rho: FloatArray) -> FloatArray:
     """Upper bound of the use, ``(n,)``: the largest compression over the least resistance."""
-    least = np.linalg.eigvalsh(np.moveaxis(stress[_VOIGT], (0, 1), (-2, -1)))[:, 0]
+    least = np.linalg.eigvalsh(np.moveaxis(stress[VOIGT], (0, 1), (-2, -1)))[:, 0]
     knots, resistance = _least_resistance(law)
     below = np.clip(np.searchsorted(knots, rho, side="right") - 1, 0, knots.size - 1)
     return np.asarray((1 + SWAY) * np.maximum(-least, 0.0) / resistance[below])
@@ -159,9 +159,9 @@ def _least_resistance(law: ScalingLaw) -> tuple[FloatArray, FloatArray]:
     ``E : E`` is a half at least.
     """
     rho = np.clip(np.geomspace(*law.window, _KNOTS), *law.window)
-    kelvin = np.sqrt([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
+    kelvin = np.sqrt(VOIGT_COUNTS)
     stiffness = np.moveaxis(law.stiffness(rho), -1, 0) * np.outer(kelvin, kelvin)
-    return rho, 0.5 * np.linalg.eigvalsh(stiffness)[:, 0]
+    return rho, np.asarray(0.5 * np.linalg.eigvalsh(stiffness)[:, 0], dtype=np.float64)
 
 
 def _starts() -> FloatArray:
@@ -175,8 +175,3 @@ def _starts() -> FloatArray:
 
 
 _STARTS = _starts()
-_VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
-#: Places of the Voigt components in a tensor.
-_VOIGT_PLACES = ((0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1))
-#: How often a Voigt component stands in its tensor.
-_TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])

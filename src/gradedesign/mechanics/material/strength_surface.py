@@ -10,6 +10,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, lock, locked
 from gradedesign.errors import PluginError
+from gradedesign.mechanics.material.bond_matrix import bond_matrix
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -131,7 +132,7 @@ def _stress_turns(symmetry: str) -> FloatArray:
             r = np.zeros((3, 3))
             r[range(3), order] = signs
             if np.linalg.det(r) > 0 and _belongs(r, symmetry):
-                turns.append(_on_stress(r))
+                turns.append(bond_matrix(r))
     # Turns that act alike on stresses are counted once.
     unique: list[FloatArray] = []
     for m in turns:
@@ -153,15 +154,3 @@ def _belongs(r: FloatArray, symmetry: str) -> bool:
     raise PluginError(
         f"symmetry '{symmetry}' is unknown; expected cubic, tetragonal, orthotropic or none"
     )
-
-
-def _on_stress(r: FloatArray) -> FloatArray:
-    """Matrix of ``r sigma r^T`` on Voigt stresses."""
-    pairs = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]
-    m = np.zeros((6, 6))
-    for b, (k, p) in enumerate(pairs):
-        tensor = np.zeros((3, 3))
-        tensor[k, p] = tensor[p, k] = 1.0
-        turned = r @ tensor @ r.T
-        m[:, b] = [turned[i, j] for i, j in pairs]
-    return m

@@ -20,6 +20,7 @@ from gradedesign.mechanics.fe.load_case import PartLoadCase
 from gradedesign.mechanics.fe.multigrid_solver import MULTIGRID
 from gradedesign.mechanics.fe.space import TetSpace
 from gradedesign.mechanics.fe.stiffness import PAIRS, mean_of
+from gradedesign.mechanics.material.bond_matrix import bond_matrix
 from gradedesign.mechanics.material.law_field import LawField
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.material.scaling_law import ScalingLaw
@@ -137,27 +138,6 @@ def with_void(model: HomogenisedModel, bounds: tuple[float, float]) -> Homogenis
     count = model.volumes.size
     held = np.outer(np.array(bounds) * (VOID_DENSITY / bounds[1]), np.ones(count))
     return replace(model, effective=EffectiveDensity(nominal=np.array(bounds), effective=held))
-
-
-def bond_matrix(rotation: FloatArray) -> FloatArray:
-    """Stress transformation of Voigt vectors, ``(6, 6, ...)``, so that ``C' = M C M^T``.
-
-    Parameters
-    ----------
-    rotation : (3, 3, ...) array
-        Takes cell components to global ones, ``x' = R x``.
-
-    References
-    ----------
-    W. L. Bond, Proc. Phys. Soc. 1943.
-    """
-    pairs = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
-    r = np.asarray(rotation, dtype=np.float64)
-    m = np.zeros((6, 6, *r.shape[2:]))
-    for a, (i, j) in enumerate(pairs):
-        for b, (p, q) in enumerate(pairs):
-            m[a, b] = r[i, p] * r[j, q] if p == q else r[i, p] * r[j, q] + r[i, q] * r[j, p]
-    return m
 
 
 def effective_density(model: HomogenisedModel, rho: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import VOIGT_COUNTS, VOIGT_PLACES, FloatArray, locked
 from gradedesign.mechanics.fe.load_case import PartLoadCase
 from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.stiffness import Stiffness
@@ -18,11 +18,6 @@ from gradedesign.mechanics.sizing.homogenised_model import (
     nominal_density,
 )
 from gradedesign.mechanics.sizing.lattice_stiffness import as_stiffness, cell_stiffness
-
-#: How often a Voigt component stands in its tensor.
-_TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
-#: Places of the Voigt components xx, yy, zz, yz, xz, xy in a tensor.
-VOIGT_PLACES = ((0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -98,7 +93,7 @@ def in_cell_axes(model: HomogenisedModel, stress: FloatArray) -> FloatArray:
     if np.array_equal(model.rotation, np.eye(6)):
         return stress
     # The inverse of a Bond matrix is its transpose, but for the factors of engineering shear.
-    twice = _TWICE.reshape(6, *(1,) * (stress.ndim - 1))
+    twice = VOIGT_COUNTS.reshape(6, *(1,) * (stress.ndim - 1))
     whole = twice * stress
     if model.rotation.ndim == 2:
         turned = np.tensordot(model.rotation.T, whole, axes=1)
@@ -111,7 +106,7 @@ def from_cell_axes(model: HomogenisedModel, by_stress: FloatArray) -> FloatArray
     """Derivatives ``(6, M, 4)`` by stresses in global axes of those by stresses in cell axes."""
     if np.array_equal(model.rotation, np.eye(6)):
         return by_stress
-    twice = _TWICE.reshape(6, *(1,) * (by_stress.ndim - 1))
+    twice = VOIGT_COUNTS.reshape(6, *(1,) * (by_stress.ndim - 1))
     whole = by_stress / twice
     if model.rotation.ndim == 2:
         turned = np.tensordot(model.rotation, whole, axes=1)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import VOIGT_COUNTS, VOIGT_PLACES, FloatArray
 from gradedesign.mechanics.fe.elastic_system import ElasticSystem
 from gradedesign.mechanics.fe.geometric_stiffness import gradient_products
 from gradedesign.mechanics.fe.load_case import PartLoadCase
@@ -29,11 +29,7 @@ from gradedesign.mechanics.sizing.lattice_stiffness import (
     effective_stiffness,
     stiffness_slopes,
 )
-from gradedesign.mechanics.sizing.lattice_stress import VOIGT_PLACES
 from gradedesign.mechanics.solver.lowest_modes import Modes
-
-#: Engineering shear strains are twice the components of their tensor.
-_ENGINEERING = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
 
 
 def homogenised_buckling(
@@ -110,7 +106,7 @@ def through_load_factors(
         by_design += share * factor * slopes.energies(space, shape)
     C = _at_points(as_stiffness(effective_stiffness(model, rho))).C
     form = "abm,bmq->amq" if C.ndim == 3 else "abqm,bmq->amq"
-    engineering = products[VOIGT_PLACES] * _ENGINEERING[:, None, None]
+    engineering = products[VOIGT_PLACES] * VOIGT_COUNTS[:, None, None]
     stress_of_products = np.einsum(form, C, engineering, optimize=True)
     return stress_force(space, stress_of_products), by_design
 

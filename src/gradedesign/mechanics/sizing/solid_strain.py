@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import VOIGT_PLACES, FloatArray
 from gradedesign.mechanics.fe.load_case import PartLoadCase
 from gradedesign.mechanics.fe.loads import stress_force
 from gradedesign.mechanics.fe.stiffness import IsotropicStiffness
 from gradedesign.mechanics.fe.stress import element_stress, element_von_mises
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
-from gradedesign.mechanics.sizing.lattice_stress import VOIGT_PLACES
 
 
 def solid_stress(

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.arrays import VOIGT, FloatArray, IntArray, locked
 from gradedesign.errors import DensityError
 from gradedesign.mechanics.fe.stiffness import UPPER, pair_products
 
@@ -24,7 +24,6 @@ EXPONENTS = (8, 16, 32)
 #: At most this share of a profile is not uniform, so that it stays positive.
 MOST = 0.95
 
-_VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
 #: Heights over half a wall at which the profile is integrated. Chosen, not measured.
 _HEIGHTS = 2001
 
@@ -184,13 +183,13 @@ class WallFactors:
             mean, mean_slope = self._between(wall.mean, rho[tets])
             out, out_slope = self._between(wall.outward, rho[tets])
             into, into_slope = self._between(wall.inward, rho[tets])
-            for c, row in enumerate((i, j, _VOIGT[i, j])):
+            for c, row in enumerate((i, j, VOIGT[i, j])):
                 value = mean[c] + out[c] * (far - 1) + into[c] * (near - 1)
                 slope = mean_slope[c] + out_slope[c] * (far - 1) + into_slope[c] * (near - 1)
                 factor[row][:, tets] *= value
                 relative[row][:, tets] += slope / value
             shear, shear_slope = self._between(wall.shear, rho[tets])
-            for c, row in enumerate((_VOIGT[i, axis], _VOIGT[j, axis])):
+            for c, row in enumerate((VOIGT[i, axis], VOIGT[j, axis])):
                 factor[row][:, tets] *= shear[c]
                 relative[row][:, tets] += shear_slope[c] / shear[c]
         return factor, relative
