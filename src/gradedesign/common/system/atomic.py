@@ -83,10 +83,7 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
     Raises `CaseError` if the folder is missing or may not be written in, and `ResourceError` if the
     disk is full.
 
-    Parameters
-    ----------
-    path : Path
-        The target; an existing file stays as it is until the new one replaces it.
+    ``path``: the target; an existing file stays as it is until the new one replaces it.
 
     Yields
     ------
@@ -115,10 +112,7 @@ def replacing_path(path: Path) -> Iterator[Path]:
 
     Raises `CaseError` or `ResourceError` as `replacing`.
 
-    Parameters
-    ----------
-    path : Path
-        The target.
+    ``path``: the target.
 
     Yields
     ------

@@ -29,10 +29,7 @@ def scratch_folder(purpose: str) -> Iterator[Path]:
 
     Raises `ResourceError` if there is no place for temporary files.
 
-    Parameters
-    ----------
-    purpose : str
-        Lower case, part of the folder's name, as in ``"worker"``.
+    ``purpose``: lower case, part of the folder's name, as in ``"worker"``.
 
     Yields
     ------

@@ -124,13 +124,9 @@ def serve(
 ) -> None:
     """Be the worker: read ``in.npz`` and ``options.json``, compute, write ``out.npz``.
 
-    Parameters
-    ----------
-    compute : callable
-        ``compute(arrays, options)`` returning named arrays.
-    load : callable
-        Imports the libraries that ``compute`` needs, so that running out of memory before the
-        work begins can be told from running out of it at work.
+    ``compute``: ``compute(arrays, options)`` returning named arrays. ``load``: imports the
+    libraries that ``compute`` needs, so that running out of memory before the work begins can be
+    told from running out of it at work.
     """
     if sys.argv[1:] == [_WEIGH]:
         load()
@@ -192,12 +188,8 @@ def start_process(
 
     ``kill_all`` ends it. Where this process dies, it goes with its folder.
 
-    Parameters
-    ----------
-    output, errors : binary file
-        That get what it prints.
-    memory_limit_bytes : int
-        Address space, bytes; 0 for no limit.
+    ``output``, ``errors``: binary file that get what it prints. ``memory_limit_bytes``: address
+    space, bytes; 0 for no limit.
     """
     if sys.platform != "win32":  # which has no process groups: there it runs without a launcher
         watched = [str(_LAUNCHER), str(os.getpid()), str(memory_limit_bytes)]

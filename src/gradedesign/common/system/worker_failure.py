@@ -57,16 +57,9 @@ def runs_out_of_memory(ending: Ending) -> bool:
 def worker_error(ending: Ending, bytes_to_start: int | None) -> GradeDesignError:
     """Say why a worker ended as it did.
 
-    Parameters
-    ----------
-    bytes_to_start : int or None
-        Address space it takes before it begins to work, where it did not get as far and that is
-        known.
-
-    Returns
-    -------
-    GradeDesignError
-        `ResourceError` for memory and for a kill from outside, else `MeshError`.
+    ``bytes_to_start``: address space it takes before it begins to work, where it did not get as far
+    and that is known. Returns GradeDesignError: `ResourceError` for memory and for a kill from
+    outside, else `MeshError`.
     """
     module, code, words = ending.module, ending.code, last_words(ending.folder)
     limit = _size(ending.memory_limit_bytes)

@@ -91,13 +91,9 @@ def parse_formula(text: str, *, variables: tuple[str, ...] = _VARIABLES) -> Form
 
     Raises `CaseError` with the place of what is wrong and what would be right.
 
-    Parameters
-    ----------
-    text : str
-        Numbers, ``+ - * / ^``, parentheses, ``pi``, and the functions min, max, abs, sqrt, exp,
-        log, sin, cos, clamp(value, low, high) and smoothstep(low, high, value).
-    variables : tuple of str
-        Names of its variables.
+    ``text``: numbers, ``+ - * / ^``, parentheses, ``pi``, and the functions min, max, abs, sqrt,
+    exp, log, sin, cos, clamp(value, low, high) and smoothstep(low, high, value). ``variables``:
+    names of its variables.
 
     Examples
     --------
@@ -123,16 +119,9 @@ def parse_formula(text: str, *, variables: tuple[str, ...] = _VARIABLES) -> Form
 def evaluate_formula(formula: Formula, values: Mapping[str, FloatArray]) -> FloatArray:
     """Value of a formula.
 
-    Parameters
-    ----------
-    values : mapping of str to (...) array
-        At least every variable that occurs; shapes that broadcast.
-
-    Returns
-    -------
-    (...) array
-        Of the common shape of ``values``. Not finite where the formula is not defined, such as at
-        a division by zero: the caller decides whether it needs the value there.
+    ``values``: each ``(...)``; at least every variable that occurs; shapes that broadcast. Returns
+    ``(...)``: of the common shape of ``values``. Not finite where the formula is not defined, such
+    as at a division by zero: the caller decides whether it needs the value there.
     """
     stack: list[Any] = []
     with np.errstate(all="ignore"):

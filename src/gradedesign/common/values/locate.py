@@ -25,11 +25,8 @@ class Where:
     def __call__(self, key: str) -> str:
         """Name file and line of a dotted key such as ``region.tip`` or ``load_case[0].fix[0]``.
 
-        Returns
-        -------
-        str
-            ``case.toml:12: region.tip``, with the line of the nearest table around a key that is
-            not written; without one where none is.
+        Returns str: ``case.toml:12: region.tip``, with the line of the nearest table around a key
+        that is not written; without one where none is.
         """
         key = self.aliases.get(key, key)
         around = key
@@ -46,12 +43,9 @@ def locating(where: Where, key: str) -> Iterator[None]:
 
     Raises `GradeDesignError` of the class that was raised inside.
 
-    Parameters
-    ----------
-    key : str
-        Dotted key that asked for what is done inside. An error whose message starts with a key
-        of a case file, such as ``region.tip: ...``, keeps its own; one that has its place already
-        stays as it is.
+    ``key``: dotted key that asked for what is done inside. An error whose message starts with a key
+    of a case file, such as ``region.tip: ...``, keeps its own; one that has its place already stays
+    as it is.
     """
     try:
         yield

@@ -47,7 +47,8 @@ _REPLACED = (
 def parse_quantity(text: object, dimension: str) -> float:
     """Convert a quantity with its unit to the internal unit of its dimension.
 
-    Raises `CaseError` naming what was found, the expected dimension and an example.
+    Raises `CaseError` naming what was found, the expected dimension and an example. Returns float:
+    finite; zero only when a zero was written.
 
     Parameters
     ----------
@@ -59,11 +60,6 @@ def parse_quantity(text: object, dimension: str) -> float:
         temperature (K),
         thermal_expansion (1/K), time (s), memory (bytes), angle (degrees), moment (N mm),
         number.
-
-    Returns
-    -------
-    float
-        Finite; zero only when a zero was written.
 
     Examples
     --------

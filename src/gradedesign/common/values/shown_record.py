@@ -36,10 +36,7 @@ def drawn_by(draw: Callable[[object], str | None]) -> None:
 def frame_of(rows: Sequence[Mapping[str, Any]]) -> Any:
     """A pandas ``DataFrame`` of rows.
 
-    Raises
-    ------
-    CaseError
-        If pandas is not installed.
+    Raises `CaseError` if pandas is not installed.
     """
     try:
         # Not by an import statement: it is optional, and type checks must pass without it too.

@@ -41,16 +41,7 @@ class Table(BaseModel):
 def key_error(key: str, message: str) -> PydanticCustomError:
     """Make the error of a check across keys, placed at one key of the table.
 
-    Parameters
-    ----------
-    key : str
-        Key of the table the message belongs to; its line is shown.
-    message : str
-        The value and the expected one.
-
-    Returns
-    -------
-    PydanticCustomError
-        To be raised inside a model validator.
+    ``key``: key of the table the message belongs to; its line is shown. ``message``: the value and
+    the expected one. Returns PydanticCustomError: to be raised inside a model validator.
     """
     return PydanticCustomError("at_key", "{message}", {"key": key, "message": message})

@@ -29,12 +29,7 @@ _LONGEST = 400
 def mistake(message: str, rows: Sequence[str], row: int) -> str:
     """Probable mistake in a row, counted from 0, and how it should read; empty where unknown.
 
-    Parameters
-    ----------
-    message : str
-        Of the parser.
-    rows : sequence of str
-        Lines of the file.
+    ``message``: of the parser. ``rows``: lines of the file.
     """
     line = rows[row]
     if len(line) > _LONGEST:

@@ -48,37 +48,19 @@ class NoSubmodelError(MeshError):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Acceptance:
-    """Result of the independent analysis, of the whole printed surface or of submodels of it.
+    """Result of the independent analysis, of the whole printed surface or of submodels of it."""
 
-    Attributes
-    ----------
-    scope : {"whole", "submodels", "none"}
-        None where the design is refused for a value that neither of them judges.
-    whole : ExplicitResult or None
-        The analysis of the whole re-meshed lattice.
-    volume : float, mm^3
-        Solid volume that was re-meshed and judged.
-    share : float
-        That volume over the whole solid's.
-    attempts : tuple of str
-        Attempts of the mesher.
-    refused : tuple of str
-        What could not be chosen, meshed, solved or enlarged, and why.
-    left_out : int
-        Submodels that were chosen and could not be meshed or solved.
-    failed : bool
-        Nothing could be meshed and solved that was to judge stress.
-    """
-
+    #: "whole", "submodels" or "none". None where the design is refused for a value that neither of
+    #: them judges.
     scope: str
-    whole: ExplicitResult | None
+    whole: ExplicitResult | None  #: The analysis of the whole re-meshed lattice.
     submodels: tuple[SubmodelResult, ...]
-    volume: float
-    share: float
-    attempts: tuple[str, ...]
-    refused: tuple[str, ...] = ()
-    left_out: int = 0
-    failed: bool = False
+    volume: float  #: mm^3. Solid volume that was re-meshed and judged.
+    share: float  #: That volume over the whole solid's.
+    attempts: tuple[str, ...]  #: Attempts of the mesher.
+    refused: tuple[str, ...] = ()  #: What could not be chosen, meshed, solved or enlarged, and why.
+    left_out: int = 0  #: Submodels that were chosen and could not be meshed or solved.
+    failed: bool = False  #: Nothing could be meshed and solved that was to judge stress.
 
     @property
     def judged(self) -> float:
@@ -102,13 +84,8 @@ def choose_scope(requested: str, tets: float, time_s: float) -> str:
 
     The time that is left plays no part: what is judged must not depend on how busy the machine is.
 
-    Parameters
-    ----------
-    requested : {"auto", "whole", "submodels"}
-    tets : float
-        That the mesher is expected to make of the whole surface.
-    time_s : float, s
-        [run] time.
+    ``requested``: "auto", "whole" or "submodels". ``tets``: that the mesher is expected to make of
+    the whole surface. ``time_s``, s: [run] time.
     """
     if requested != "auto":
         return requested

@@ -17,25 +17,14 @@ _LEAST_VOIDS = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Body:
-    """Solid that a closed surface bounds.
-
-    Attributes
-    ----------
-    components : int
-        Connected solids.
-    cavities : int
-        Closed voids.
-    cavities_mm3 : float
-        Their volume.
-    handles : int or None
-        Sum of the genera of all shells: 1 of a ring, 0 of a ball. None where edges are shared by
-        more than two triangles, so that the surface has no genus.
-    """
+    """Solid that a closed surface bounds."""
 
     volume_mm3: float
-    components: int
-    cavities: int
-    cavities_mm3: float
+    components: int  #: Connected solids.
+    cavities: int  #: Closed voids.
+    cavities_mm3: float  #: Their volume.
+    #: Sum of the genera of all shells: 1 of a ring, 0 of a ball. None where edges are shared by
+    #: more than two triangles, so that the surface has no genus.
     handles: int | None
     triangles: int
 
@@ -79,10 +68,7 @@ def measure_body(surface: SurfaceMesh) -> Body:
 def void_warnings(voids: int, voids_mm3: float, solid_mm3: float) -> tuple[str, ...]:
     """Warning of closed voids in a printed solid, from which powder or resin cannot leave.
 
-    Parameters
-    ----------
-    voids_mm3, solid_mm3 : float, mm^3
-        Volume of the voids together, and of the solid.
+    ``voids_mm3``, ``solid_mm3``, mm^3: volume of the voids together, and of the solid.
     """
     if voids_mm3 <= _LEAST_VOIDS * solid_mm3:
         return ()

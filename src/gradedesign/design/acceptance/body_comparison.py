@@ -23,37 +23,18 @@ _DISTANCE_WARNING = 2.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BodyComparison:
-    """Two bodies that should be one.
+    """Two bodies that should be one."""
 
-    Attributes
-    ----------
-    analysed, printed : Body
-        Of the analysed one its surface, which finite cells contour for the purpose.
-    elements_mm3 : float
-        Solid volume of the elements of the analysis, mm^3.
-    distance_mm : float
-        Largest distance of a sample of one surface to the other surface, both ways.
-    at_mm : (float, float, float)
-        Where that is.
-    farther : {"analysed", "printed"}
-        Body whose surface has that sample.
-    mean_distance_mm : float
-        Mean over all samples.
-    samples : int
-        Vertices and centroids of the triangles of both surfaces.
-    element_mm : float
-        Element size of the analysis.
-    """
-
-    analysed: Body
+    analysed: Body  #: Its surface, which finite cells contour for the purpose.
     printed: Body
+    #: Largest distance of a sample of one surface to the other surface, both ways.
     distance_mm: float
-    at_mm: tuple[float, float, float]
-    farther: str
-    mean_distance_mm: float
-    samples: int
-    element_mm: float
-    elements_mm3: float
+    at_mm: tuple[float, float, float]  #: Where that is.
+    farther: str  #: "analysed" or "printed". Body whose surface has that sample.
+    mean_distance_mm: float  #: Mean over all samples.
+    samples: int  #: Vertices and centroids of the triangles of both surfaces.
+    element_mm: float  #: Element size of the analysis.
+    elements_mm3: float  #: Solid volume of the elements of the analysis, mm^3.
 
     @property
     def volume_difference(self) -> float:
@@ -76,12 +57,8 @@ def compare_bodies(
 ) -> BodyComparison:
     """Compare two closed surfaces.
 
-    Parameters
-    ----------
-    element : float, mm
-        Element size of the analysis.
-    elements_mm3 : float, mm^3
-        Solid volume of its elements.
+    ``element``, mm: element size of the analysis. ``elements_mm3``, mm^3: solid volume of its
+    elements.
     """
     surfaces = {"analysed": analysed, "printed": printed}
     total, count = 0.0, 0

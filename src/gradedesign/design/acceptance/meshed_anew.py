@@ -36,32 +36,18 @@ FINER = 1.5
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MeshedAnew:
-    """A checked mesh of the inside of a surface.
-
-    Attributes
-    ----------
-    attempts : tuple of str
-        One line for each, those at a larger size included.
-    seconds : float
-        Wall time.
-    size : float, mm
-        Surface size of the mesh: the one that was asked for, or a smaller one.
-    """
+    """A checked mesh of the inside of a surface."""
 
     mesh: TetMesh
-    attempts: tuple[str, ...]
-    seconds: float
-    size: float
+    attempts: tuple[str, ...]  #: One line for each, those at a larger size included.
+    seconds: float  #: Wall time.
+    size: float  #: mm. Surface size of the mesh: the one that was asked for, or a smaller one.
 
 
 def mesher_tets(volume: float, size: float) -> float:
     """Tetrahedra that the mesher is expected to make of a solid.
 
-    Parameters
-    ----------
-    volume : float, mm^3
-    size : float, mm
-        Surface size of the explicit analysis.
+    ``volume``, mm^3. ``size``, mm: surface size of the explicit analysis.
     """
     return _TETS_PER_CUBE * volume / (EDGE_PER_SPACING * size) ** 3
 
@@ -72,7 +58,8 @@ def mesh_anew(
     """Mesh the inside of a closed surface for acceptance.
 
     A mesh that fails its checks, of volume or shape, is made again with smaller tetrahedra, while
-    there is time; the checks stay as they are.
+    there is time; the checks stay as they are. Raises `MeshError`, `ResourceError` as
+    `tetrahedralize` does.
 
     Parameters
     ----------
@@ -84,11 +71,6 @@ def mesh_anew(
         Surface size of the explicit analysis: sets edge length and envelope.
     time_limit_s : float, s
         Of the mesher.
-
-    Raises
-    ------
-    MeshError, ResourceError
-        As `tetrahedralize` does.
     """
     clock = Deadline(time_limit_s)
     failed: tuple[str, ...] = ()

@@ -23,22 +23,13 @@ SAMPLES = 1_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PrintedBody:
-    """Measures of the printed file.
+    """Measures of the printed file."""
 
-    Attributes
-    ----------
-    volumes_mm3 : mapping of phase to float
-        Phases that the solid has; together the volume that the file encloses.
-    comparison : BodyComparison
-        With the solid of the explicit analysis.
-    joints_mm3 : float
-        Volume of the lattice that blended joints add.
-    """
-
+    #: By phase. Phases that the solid has; together the volume that the file encloses.
     volumes_mm3: Mapping[str, float]
     thickness: WallThickness
-    comparison: BodyComparison
-    joints_mm3: float = 0.0
+    comparison: BodyComparison  #: With the solid of the explicit analysis.
+    joints_mm3: float = 0.0  #: Volume of the lattice that blended joints add.
 
     def mass_g(self, density: float, phase: str | None = None) -> float:
         """Mass of the file or of one phase of it, g, from a density in t/mm^3."""

@@ -56,40 +56,23 @@ _MOST_UNDRIVEN = 0.05
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SubmodelResult:
-    """One submodel, analysed on an independent mesh of the exported surface.
-
-    Attributes
-    ----------
-    value : float, MPa
-        Stress percentile in the evaluation box.
-    driving_value : float, MPa
-        The same percentile of the driving analysis in the same box.
-    drive_factor : float
-        On the displacements of the driving analysis, so that the cut faces carry its forces.
-    force_discrepancy, energy_discrepancy : float
-        Relative difference of cut-face forces and strain energy from the driving analysis, with
-        that factor on its displacements.
-    matches : bool
-        Both discrepancies are within 3 %.
-    volume : float, mm^3
-        Solid in the evaluation box.
-    mesh_size : float, mm
-    seconds : float
-        Of the mesher.
-    """
+    """One submodel, analysed on an independent mesh of the exported surface."""
 
     submodel: Submodel
-    value: float
-    driving_value: float
+    value: float  #: MPa. Stress percentile in the evaluation box.
+    driving_value: float  #: MPa. The same percentile of the driving analysis in the same box.
+    #: On the displacements of the driving analysis, so that the cut faces carry its forces.
     drive_factor: float
+    #: Relative difference of cut-face forces and strain energy from the driving analysis, with that
+    #: factor on its displacements.
     force_discrepancy: float
-    energy_discrepancy: float
-    matches: bool
-    volume: float
+    energy_discrepancy: float  #: As `force_discrepancy`.
+    matches: bool  #: Both discrepancies are within 3 %.
+    volume: float  #: mm^3. Solid in the evaluation box.
     tets: int
-    mesh_size: float
+    mesh_size: float  #: mm.
     attempts: tuple[str, ...]
-    seconds: float
+    seconds: float  #: Of the mesher.
 
 
 def analyse_submodel(

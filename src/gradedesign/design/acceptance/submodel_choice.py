@@ -27,25 +27,13 @@ BUFFERS = (0.5, 0.2)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Submodel:
-    """Cube of one cell whose stress is evaluated, and the larger box that is analysed around it.
+    """Cube of one cell whose stress is evaluated, and the larger box that is analysed around it."""
 
-    Attributes
-    ----------
-    centre : (float, float, float), mm
-    half : float, mm
-        Half the edge of the evaluation box.
-    value : float, MPa
-        Stress percentile of the driving analysis in the evaluation box.
-    load_case : str
-        The load case with that value.
-    buffer : (float, float, float, float, float, float)
-        Buffer on each side that is analysed but not evaluated, cells: x low, x high, y low, ...
-    """
-
-    centre: tuple[float, float, float]
-    half: float
-    value: float
-    load_case: str
+    centre: tuple[float, float, float]  #: mm.
+    half: float  #: mm. Half the edge of the evaluation box.
+    value: float  #: MPa. Stress percentile of the driving analysis in the evaluation box.
+    load_case: str  #: The load case with that value.
+    #: Buffer on each side that is analysed but not evaluated, cells: x low, x high, y low, ...
     buffer: tuple[float, ...] = (BUFFERS[0],) * 6
 
     @property
@@ -63,19 +51,12 @@ def submodel_box(submodel: Submodel) -> tuple[FloatArray, FloatArray]:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Room:
-    """Volume in which submodels may lie.
+    """Volume in which submodels may lie."""
 
-    Attributes
-    ----------
-    avoid : sequence of (k, 3, 3) array, mm
-        Triangles that no analysed box may touch: held and loaded regions, whose supports and
-        loads a submodel does not carry.
-    buffer : float
-        Buffer around the evaluation box, cells.
-    """
-
+    #: Each ``(k, 3, 3)``, mm. Triangles that no analysed box may touch: held and loaded regions,
+    #: whose supports and loads a submodel does not carry.
     avoid: Sequence[FloatArray] = ()
-    buffer: float = BUFFERS[0]
+    buffer: float = BUFFERS[0]  #: Buffer around the evaluation box, cells.
 
 
 def enlarged_submodel(submodel: Submodel, avoid: Sequence[FloatArray]) -> Submodel | None:
@@ -190,18 +171,14 @@ def cut_facets(
 ) -> tuple[IntArray, IntArray]:
     """Boundary facets on the six planes of a submodel.
 
+    Returns ``facets (j, 3)``; ``plane (j,)``: 0 to 5: x low, x high, y low, ...
+
     Parameters
     ----------
     points : (3, n) array, mm
     facets : (k, 3) int array
     lower, upper : (3,) array, mm
     tolerance : float, mm
-
-    Returns
-    -------
-    facets : (j, 3) int array
-    plane : (j,) int array
-        0 to 5: x low, x high, y low, ...
     """
     corners = points[:, facets]
     planes = np.full(len(facets), -1)

@@ -34,12 +34,7 @@ BESIDE_S = 1.3
 def first_spacing(analysis: ExplicitAnalysis, spacing: float, cell: Cell) -> float:
     """Edge of the first bricks, mm: as fine as the explicit analysis of the iterations.
 
-    Parameters
-    ----------
-    analysis : ExplicitAnalysis
-        Of the iterations.
-    spacing : float, mm
-        Edge of its elements.
+    ``analysis``: of the iterations. ``spacing``, mm: edge of its elements.
     """
     return spacing * analysis.elements_per_wall(cell) / FINITE_CELLS.elements_per_wall(cell)
 
@@ -71,11 +66,7 @@ def finer_estimate(
 ) -> AnalysisEstimate:
     """Size of an analysis while the result of the iteration and the search of the surface stay.
 
-    Parameters
-    ----------
-    spacing : float, mm
-    earlier_unknowns : int
-        Unknowns of the iteration's analysis.
+    ``spacing``, mm. ``earlier_unknowns``: unknowns of the iteration's analysis.
     """
     size = _judging_estimate(planned, spacing)
     coarser = FINITE_CELLS.estimate(planned, spacing * RATIO).unknowns

@@ -24,53 +24,30 @@ MOST = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WholeStage:
-    """Analyses of a whole solid at any resolution.
+    """Analyses of a whole solid at any resolution."""
 
-    Attributes
-    ----------
-    analyse : callable
-        ``analyse(spacing) -> ExplicitResult``, mm; a `LatticeError` or `MeshError` where that
-        spacing does not hold the solid, a `ResourceError` where the memory does not hold it.
-    spacing : float, mm
-        Of the first, cheap analysis.
-    ratio : float
-        Of one spacing to the next finer one.
-    orders : sequence of float or None
-        With which the error of values that converge may fall, see `limits.banded.banded`.
-    judged_by : str
-        Analysis and solid, in words.
-    need : callable
-        ``need(spacing) -> (fits, words)``: whether the budgets of the case hold that spacing, by
-        prediction, and what it takes.
-    """
-
+    #: ``analyse(spacing) -> ExplicitResult``, mm; a `LatticeError` or `MeshError` where that
+    #: spacing does not hold the solid, a `ResourceError` where the memory does not hold it.
     analyse: Callable[[float], ExplicitResult]
-    spacing: float
-    ratio: float
+    spacing: float  #: mm. Of the first, cheap analysis.
+    ratio: float  #: Of one spacing to the next finer one.
+    #: With which the error of values that converge may fall, see `limits.banded.banded`.
     orders: Sequence[float] | None
-    judged_by: str
+    judged_by: str  #: Analysis and solid, in words.
+    #: ``need(spacing) -> (fits, words)``: whether the budgets of the case hold that spacing, by
+    #: prediction, and what it takes.
     need: Callable[[float], tuple[bool, str]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WholeJudgement:
-    """Limits on a whole solid.
+    """Limits on a whole solid."""
 
-    Attributes
-    ----------
-    result : ExplicitResult
-        Of the finest analysis.
-    rows : tuple of LimitRow
-        With their bands; a row without one could be taken at one resolution only.
-    refused : tuple of str
-        Resolutions that could not be analysed, and why.
-    undecided : mapping of (LimitKey, str) to str
-        Limits and load cases that lie in a wide band, with the cost of a finer analysis.
-    """
-
-    result: ExplicitResult
+    result: ExplicitResult  #: Of the finest analysis.
+    #: With their bands; a row without one could be taken at one resolution only.
     rows: tuple[LimitRow, ...]
-    refused: tuple[str, ...] = ()
+    refused: tuple[str, ...] = ()  #: Resolutions that could not be analysed, and why.
+    #: Limits and load cases that lie in a wide band, with the cost of a finer analysis.
     undecided: Mapping[tuple[LimitKey, str], str] = field(default_factory=dict)
 
 

@@ -79,12 +79,8 @@ def material_warnings(spec: MaterialSpec) -> Iterator[Problem]:
 def beyond_yield(limits: LimitsSpec, strength: float, modulus: float, *, name: str) -> str:
     """Say why a limit of stress is above the yield strength; empty if it is not.
 
-    Parameters
-    ----------
-    strength, modulus : float, MPa
-        Yield strength, not a number where none is known, and Young's modulus.
-    name : str
-        Of the material.
+    ``strength``, ``modulus``, MPa: yield strength, not a number where none is known, and Young's
+    modulus. ``name``: of the material.
     """
     stress = limits.stress
     if stress is None or limits.beyond_yield:

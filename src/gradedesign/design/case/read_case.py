@@ -350,14 +350,8 @@ def case_hash(content: Table, file: Path, *read: Path | None) -> str:
 
     Raises CaseError if a file cannot be read.
 
-    Parameters
-    ----------
-    content : Table
-        With a table ``part``; the path of its file does not count.
-    file : Path
-        The case file, for messages.
-    *read : Path or None
-        Files whose bytes and suffix count.
+    ``content``: with a table ``part``; the path of its file does not count. ``file``: the case
+    file, for messages. ``*read``: files whose bytes and suffix count.
     """
     specification = content.model_dump(
         mode="json",

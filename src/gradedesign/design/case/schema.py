@@ -184,20 +184,13 @@ Layout = TypeVar("Layout", bound=Table)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Brought:
-    """Keys that plugins add to a case file.
+    """Keys that plugins add to a case file."""
 
-    Attributes
-    ----------
-    limits : mapping of key to type of Table
-        Lists of ``[limits]``, of registered kinds of limits.
-    part : mapping of key to type of Table
-        Tables of ``[part]``, of registered readers.
-    lattice : mapping of key to type of Table
-        Lists of ``[lattice]``, of registered kinds of components.
-    """
-
+    #: By key. Lists of ``[limits]``, of registered kinds of limits.
     limits: Mapping[str, type[Table]] = field(default_factory=dict)
+    #: By key. Tables of ``[part]``, of registered readers.
     part: Mapping[str, type[Table]] = field(default_factory=dict)
+    #: By key. Lists of ``[lattice]``, of registered kinds of components.
     lattice: Mapping[str, type[Table]] = field(default_factory=dict)
 
 
@@ -227,12 +220,7 @@ def _with_lists(table: type[Layout], lists: Mapping[str, type[Table]]) -> type[L
 def schema_json(layout: type[Table] = CaseFile, brought: Brought | None = None) -> dict[str, Any]:
     """JSON schema of a case file, for completion and checks in editors.
 
-    Parameters
-    ----------
-    layout : type
-        Of the file.
-    brought : Brought, optional
-        Keys of plugins.
+    ``layout``: of the file. ``brought``: keys of plugins.
 
     Returns
     -------

@@ -34,40 +34,21 @@ THICKNESS_SHARES = (5, 25, 50, 75, 95)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Thickness:
-    """Thickness of the part in cells.
+    """Thickness of the part in cells."""
 
-    Attributes
-    ----------
-    shares : tuple of int, %
-    thickness : tuple of float, mm
-        Below which that share of the volume lies.
-    cells : tuple of float
-        The same over the shortest edge of a cell.
-    """
-
-    shares: tuple[int, ...]
-    thickness: tuple[float, ...]
-    cells: tuple[float, ...]
+    shares: tuple[int, ...]  #: %.
+    thickness: tuple[float, ...]  #: mm. Below which that share of the volume lies.
+    cells: tuple[float, ...]  #: The same over the shortest edge of a cell.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unjudged:
-    """Share of the volume whose stress no limit judges.
+    """Share of the volume whose stress no limit judges."""
 
-    Attributes
-    ----------
-    around : str
-        Supports with the radius around each; empty where none makes stress singular.
-    part, lattice : float
-        Shares of their volumes within these radii.
-    limited : bool
-        Whether the case limits stress outside them.
-    """
-
-    around: str
-    part: float
-    lattice: float
-    limited: bool
+    around: str  #: Supports with the radius around each; empty where none makes stress singular.
+    part: float  #: Shares of their volumes within these radii.
+    lattice: float  #: Shares of their volumes within these radii.
+    limited: bool  #: Whether the case limits stress outside them.
 
     @property
     def words(self) -> str:
@@ -87,39 +68,22 @@ class Unjudged:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CaseCheck:
-    """Checked case: its plan, and the predicted cost of its run.
-
-    Attributes
-    ----------
-    plan : Plan
-    holes : tuple of RoundShapes
-    thickness : Thickness
-    run : PredictedRun
-    periodic : str
-        Why size effects are left out; empty where the run computes those it finds.
-    unjudged : Unjudged
-    symmetry : mapping
-        See `symmetry_data`.
-    warnings : tuple of str
-    """
+    """Checked case: its plan, and the predicted cost of its run."""
 
     plan: Plan
     holes: tuple[RoundShapes, ...]
     thickness: Thickness
     run: PredictedRun
-    periodic: str
+    periodic: str  #: Why size effects are left out; empty where the run computes those it finds.
     unjudged: Unjudged
-    symmetry: Mapping[str, Any]
+    symmetry: Mapping[str, Any]  #: See `symmetry_data`.
     warnings: tuple[str, ...]
 
 
 def check_case(case: Case, registry: Registry) -> CaseCheck:
     """Look at a case without computing a law, walls or a mesh.
 
-    Raises
-    ------
-    GradeDesignError
-        As `resolve_case`.
+    Raises `GradeDesignError` as `resolve_case`.
     """
     plan = resolve_case(case, registry)
     case = plan.case

@@ -47,28 +47,14 @@ _NOISE = 1e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DraftCase:
-    """A part with the regions that a case may name on it.
-
-    Attributes
-    ----------
-    stated : mapping of str to str
-        Keys of ``[part]`` beside its file.
-    regions : mapping of str to Region
-        Every one selects what its lines say.
-    lines : mapping of str to str
-        TOML of each region.
-    others : tuple of RoundShapes
-        Round shapes that are none of them.
-    cell_size : float, mm
-        Half of the mean chord of the part.
-    """
+    """A part with the regions that a case may name on it."""
 
     part: Part
-    stated: Mapping[str, str]
-    regions: Mapping[str, Region]
-    lines: Mapping[str, str]
-    others: tuple[RoundShapes, ...]
-    cell_size: float
+    stated: Mapping[str, str]  #: Keys of ``[part]`` beside its file.
+    regions: Mapping[str, Region]  #: Every one selects what its lines say.
+    lines: Mapping[str, str]  #: TOML of each region.
+    others: tuple[RoundShapes, ...]  #: Round shapes that are none of them.
+    cell_size: float  #: mm. Half of the mean chord of the part.
 
 
 def draft_case(
@@ -157,12 +143,7 @@ def _shape(path: Path, stated: Mapping[str, str]) -> PartSpec:
 def draft_text(draft: DraftCase, name: str, file_name: str) -> str:
     """The case file of a draft.
 
-    Parameters
-    ----------
-    name : str
-        Of the case.
-    file_name : str
-        Of the part, beside the case file.
+    ``name``: of the case. ``file_name``: of the part, beside the case file.
     """
     more = "".join(f"{key} = {toml_value(value)}\n" for key, value in draft.stated.items())
     regions = "\n\n".join(f"[region.{key}]\n{text}" for key, text in draft.lines.items())

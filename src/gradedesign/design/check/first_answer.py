@@ -32,51 +32,26 @@ from gradedesign.mechanics.sizing.homogenised_model import built_density
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConstantDensity:
-    """One density for the whole lattice at which one limit holds, from the solid part alone.
+    """One density for the whole lattice at which one limit holds, from the solid part alone."""
 
-    Attributes
-    ----------
-    row : LimitRow
-        The limit with its value on the fully solid part.
-    density : float or None
-        Least density in the bounds of the case; None where none of them is enough.
-    mass_g : float or None
-        Of the part with that lattice, its skin and passive regions included.
-    reason : str
-        Why there is no density; empty where there is one.
-    """
-
-    row: LimitRow
+    row: LimitRow  #: The limit with its value on the fully solid part.
+    #: Least density in the bounds of the case; None where none of them is enough.
     density: float | None
-    mass_g: float | None
-    reason: str = ""
+    mass_g: float | None  #: Of the part with that lattice, its skin and passive regions included.
+    reason: str = ""  #: Why there is no density; empty where there is one.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FirstAnswer:
-    """Constant densities beside the outcome of one sizing.
+    """Constant densities beside the outcome of one sizing."""
 
-    Attributes
-    ----------
-    constant : tuple of ConstantDensity
-        One per limit.
-    sized_mass_g : float or None
-        Predicted mass of the graded design; None where the solid part breaks a limit already.
-    sized_density : float or None
-        Its mean over the lattice.
-    sized_utilisation : float or None
-        Largest predicted utilisation of a limit.
-    yields : tuple of str
-        Warning that the fully solid part yields away from supports.
-    bodies : tuple of PricedBody
-        Other bodies that hold the same limits, and the one that the case asks for.
-    """
-
-    constant: tuple[ConstantDensity, ...]
+    constant: tuple[ConstantDensity, ...]  #: One per limit.
+    #: Predicted mass of the graded design; None where the solid part breaks a limit already.
     sized_mass_g: float | None = None
-    sized_density: float | None = None
-    sized_utilisation: float | None = None
-    yields: tuple[str, ...] = ()
+    sized_density: float | None = None  #: Its mean over the lattice.
+    sized_utilisation: float | None = None  #: Largest predicted utilisation of a limit.
+    yields: tuple[str, ...] = ()  #: Warning that the fully solid part yields away from supports.
+    #: Other bodies that hold the same limits, and the one that the case asks for.
     bodies: tuple[PricedBody, ...] = ()
 
     @property
@@ -100,10 +75,7 @@ class FirstAnswer:
 def first_answer(model: DesignModel) -> FirstAnswer:
     """Constant densities that meet the limits, and one sizing of the homogenised part.
 
-    Parameters
-    ----------
-    model : DesignModel
-        Its solid part analysed, see `solid.with_solid`.
+    ``model``: its solid part analysed, see `solid.with_solid`.
 
     Notes
     -----

@@ -29,51 +29,27 @@ _NO_ANALYSIS = AnalysisEstimate(unknowns=0, memory_bytes=0, mesh_s=0.0, solve_s=
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PredictedGrid:
-    """The explicit grid and what sets it.
+    """The explicit grid and what sets it."""
 
-    Attributes
-    ----------
-    spacing : float, mm
-        Edge of its elements.
-    set_by : str
-        The thinnest thing that it must resolve, in words.
-    wall : float, mm
-        Thinnest wall or strut.
-    """
-
-    spacing: float
-    set_by: str
-    wall: float
+    spacing: float  #: mm. Edge of its elements.
+    set_by: str  #: The thinnest thing that it must resolve, in words.
+    wall: float  #: mm. Thinnest wall or strut.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PredictedRun:
-    """Predicted size and cost of a run.
+    """Predicted size and cost of a run."""
 
-    Attributes
-    ----------
-    density : float
-        Mean of the lattice that the prediction is made for.
-    lattice_share : float
-        Of the part's volume that is lattice.
-    bounds : (float, float)
-        Densities that sizing may choose: those whose walls the memory can analyse.
-    raised : tuple of str
-        Why the lower one is not that of the density window, and doubts about the linear solver.
-    explicit : bool
-        Whether the run gets as far as an explicit lattice.
-    law_s : float, s
-        Of computing the law, at most; 0 where it is known.
-    """
-
-    density: float
-    lattice_share: float
+    density: float  #: Mean of the lattice that the prediction is made for.
+    lattice_share: float  #: Of the part's volume that is lattice.
     grid: PredictedGrid
+    #: Densities that sizing may choose: those whose walls the memory can analyse.
     bounds: tuple[float, float]
+    #: Why the lower one is not that of the density window, and doubts about the linear solver.
     raised: tuple[str, ...]
     cost: CostPrediction
-    explicit: bool
-    law_s: float
+    explicit: bool  #: Whether the run gets as far as an explicit lattice.
+    law_s: float  #: s. Of computing the law, at most; 0 where it is known.
 
     @property
     def run_s(self) -> float:

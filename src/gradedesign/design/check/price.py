@@ -59,25 +59,13 @@ _KEYS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PricedBody:
-    """A body that holds the limits of a case, as the homogenised part predicts it.
-
-    Attributes
-    ----------
-    mass_g : float or None
-        With what is solid in any case; None where there is none.
-    largest_utilisation : float or None
-        Of the most used limit.
-    asked : bool
-        Whether it is the one that the case asks for.
-    note : str
-        Why there is none, or what it leaves out.
-    """
+    """A body that holds the limits of a case, as the homogenised part predicts it."""
 
     name: str
-    mass_g: float | None
-    largest_utilisation: float | None
-    asked: bool = False
-    note: str = ""
+    mass_g: float | None  #: With what is solid in any case; None where there is none.
+    largest_utilisation: float | None  #: Of the most used limit.
+    asked: bool = False  #: Whether it is the one that the case asks for.
+    note: str = ""  #: Why there is none, or what it leaves out.
 
     @property
     def words(self) -> str:
@@ -90,12 +78,8 @@ def price_of_lattice(
 ) -> tuple[PricedBody, ...]:
     """Predicted masses of other bodies, and of the one that the case asks for, at its limits.
 
-    Parameters
-    ----------
-    model : DesignModel
-        With its size effects.
-    why_not : callable
-        Asked before every body: why it is left out, empty where it is not.
+    ``model``: with its size effects. ``why_not``: asked before every body: why it is left out,
+    empty where it is not.
     """
     part, plan, case = model.homogenised, model.plan, model.plan.case
     density = part.material.density * 1e6

@@ -63,45 +63,23 @@ NO_SUBMODELS = Acceptance(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Accepted:
-    """Design with the result of its acceptance.
-
-    Attributes
-    ----------
-    analysed : Analysed
-        Explicit analysis that judged it.
-    surface : SurfaceMesh
-        As read back from the exported file.
-    sha256 : str
-        Of that file.
-    bodies : Bodies
-        Judgement of the whole printed surface, and of what is built of it.
-    acceptance : Acceptance
-        By body-fitted meshes of it.
-    rows : tuple of LimitRow
-        The values that decide.
-    factors : dict of LimitKey to float
-        Unfavourable ends of the accepted bands over explicit values.
-    fitted : frozenset of LimitKey
-        Limits whose value is that of the body-fitted meshes.
-    unjudged : str
-        Limits that were analysed at one resolution only, or too little of which could be meshed
-        anew, and why; empty without any.
-    postponed : bool
-        Submodels wait until it is known that no lighter design is found: `judge_stress`.
-    """
+    """Design with the result of its acceptance."""
 
     iteration: DesignIteration
-    analysed: Analysed
-    surface: SurfaceMesh
-    sha256: str
+    analysed: Analysed  #: Explicit analysis that judged it.
+    surface: SurfaceMesh  #: As read back from the exported file.
+    sha256: str  #: Of that file.
     islands: Islands
-    bodies: Bodies
-    acceptance: Acceptance
-    rows: tuple[LimitRow, ...]
-    factors: Factors
-    fitted: frozenset[LimitKey]
+    bodies: Bodies  #: Judgement of the whole printed surface, and of what is built of it.
+    acceptance: Acceptance  #: By body-fitted meshes of it.
+    rows: tuple[LimitRow, ...]  #: The values that decide.
+    factors: Factors  #: By LimitKey. Unfavourable ends of the accepted bands over explicit values.
+    fitted: frozenset[LimitKey]  #: Limits whose value is that of the body-fitted meshes.
     holds: bool
+    #: Limits that were analysed at one resolution only, or too little of which could be meshed
+    #: anew, and why; empty without any.
     unjudged: str
+    #: Submodels wait until it is known that no lighter design is found: `judge_stress`.
     postponed: bool = False
 
     @property

@@ -82,12 +82,8 @@ def unjudged_words(
 ) -> str:
     """Limits without a band or without enough of an independent mesh, and why; empty if none.
 
-    Parameters
-    ----------
-    refused : sequence of str
-        Resolutions that could not be analysed.
-    not_meshed : sequence of str
-        What could not be meshed anew and solved.
+    ``refused``: resolutions that could not be analysed. ``not_meshed``: what could not be meshed
+    anew and solved.
     """
     coarse = without_band(rows)
     missing = [row for row in rows if row.remeshed < LEAST_JUDGED]

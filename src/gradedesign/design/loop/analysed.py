@@ -28,19 +28,14 @@ from gradedesign.mechanics.limits.local_stress import allowed_stress
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Analysed:
-    """The explicit analysis of one design.
-
-    Attributes
-    ----------
-    remeshed_size : float, mm
-        Surface size with which a mesher resolves the walls: that of the elements, but where these
-        are finer than walls ask for, since the solid is small.
-    """
+    """The explicit analysis of one design."""
 
     design: LatticeDesign
     solid: PrintedSolid
     result: ExplicitResult
     layout: CellLayout
+    #: mm. Surface size with which a mesher resolves the walls: that of the elements, but where
+    #: these are finer than walls ask for, since the solid is small.
     remeshed_size: float
 
 

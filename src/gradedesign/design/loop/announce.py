@@ -21,17 +21,11 @@ from gradedesign.mechanics.sizing.size import SizingStep
 
 @dataclass(slots=True)
 class Announcer:
-    """Sender of progress events, which adds up the seconds of stages and keeps iterations.
-
-    Attributes
-    ----------
-    seconds : dict of stage to float, s
-    finished : list of DesignIteration
-        Those that were reported, for the result of a run that fails after them.
-    """
+    """Sender of progress events, which adds up the seconds of stages and keeps iterations."""
 
     listener: Listener
-    seconds: dict[str, float] = field(default_factory=dict)
+    seconds: dict[str, float] = field(default_factory=dict)  #: By stage, s.
+    #: Those that were reported, for the result of a run that fails after them.
     finished: list[DesignIteration] = field(default_factory=list)
 
     def timing(self) -> dict[str, float]:

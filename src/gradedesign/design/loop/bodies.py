@@ -35,45 +35,25 @@ class Bodies:
 
     The first of them is judged as every printed surface is. The other one is judged at the next
     coarser pair of resolutions, with the band that follows from these.
-
-    Attributes
-    ----------
-    judged : {"nominal", "as_built", "both"}
-        Of which the limits must hold.
-    surface : SurfaceMesh
-        Of the first: the as-built one where that alone is judged.
-    solid : PrintedSolid
-        Its loads, supports and material.
-    whole : WholeJudgement
-    beside : tuple of LimitRow
-        Of the other body; empty without a process of which a body is known.
-    refused : tuple of str
-        Resolutions of the other body that could not be analysed, and why.
-    unknown : str
-        Why the as-built body could not be judged where the designed one alone decides; else empty.
-    volumes_mm3 : mapping of body to float
-        Solid of the elements.
-    seconds : mapping of body to float
-        That its judgement took.
-    built : AsBuiltBody or None
-    analyse_built : callable or None
-        ``analyse_built(surface, spacing)``: an as-built surface by elements of a spacing, mm.
-    spacing : float, mm
-        Of the coarsest analysis of the as-built body.
     """
 
-    judged: str
-    surface: SurfaceMesh
-    solid: PrintedSolid
+    judged: str  #: "nominal", "as_built" or "both". Of which the limits must hold.
+    surface: SurfaceMesh  #: Of the first: the as-built one where that alone is judged.
+    solid: PrintedSolid  #: Its loads, supports and material.
     whole: WholeJudgement
+    #: Of the other body; empty without a process of which a body is known.
     beside: tuple[LimitRow, ...] = ()
+    #: Resolutions of the other body that could not be analysed, and why.
     refused: tuple[str, ...] = ()
+    #: Why the as-built body could not be judged where the designed one alone decides; else empty.
     unknown: str = ""
+    #: By body. Solid of the elements.
     volumes_mm3: Mapping[str, float] = field(default_factory=dict)
-    seconds: Mapping[str, float] = field(default_factory=dict)
+    seconds: Mapping[str, float] = field(default_factory=dict)  #: By body. That its judgement took.
     built: AsBuiltBody | None = None
+    #: ``analyse_built(surface, spacing)``: an as-built surface by elements of a spacing, mm.
     analyse_built: Callable[[SurfaceMesh, float], ExplicitResult] | None = None
-    spacing: float = 0.0
+    spacing: float = 0.0  #: mm. Of the coarsest analysis of the as-built body.
 
     @property
     def first_is_built(self) -> bool:
@@ -99,12 +79,8 @@ def judge_bodies(
     Raises LatticeError if no resolution holds a body that decides, such as one whose walls vanish
     as built.
 
-    Parameters
-    ----------
-    staged : callable
-        Analyses of a surface with its loads, supports and material.
-    built : AsBuiltBody or None
-        Of the surface.
+    ``staged``: analyses of a surface with its loads, supports and material. ``built``: of the
+    surface.
     """
     if built is None:
         whole = judge_whole(limits, staged(surface, solid))
@@ -184,23 +160,15 @@ def _worse(one: LimitRow, other: LimitRow) -> bool:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spread:
-    """Values of a limit over random as-built bodies.
-
-    Attributes
-    ----------
-    mean, low, high : float
-        Mean, 5th and 95th percentile, in ``unit``.
-    held : float
-        Share of the bodies that hold the limit.
-    """
+    """Values of a limit over random as-built bodies."""
 
     limit: str
     load_case: str
     unit: str
-    mean: float
-    low: float
-    high: float
-    held: float
+    mean: float  #: Mean, 5th and 95th percentile, in ``unit``.
+    low: float  #: Mean, 5th and 95th percentile, in ``unit``.
+    high: float  #: Mean, 5th and 95th percentile, in ``unit``.
+    held: float  #: Share of the bodies that hold the limit.
 
 
 def variant_spreads(limits: Sequence[Limit], bodies: Bodies) -> tuple[Spread, ...]:

@@ -22,22 +22,12 @@ _LEAST_WAY = 0.02
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Between:
-    """Where the next design lies between two earlier ones.
+    """Where the next design lies between two earlier ones."""
 
-    Attributes
-    ----------
-    lighter, heavier : int
-        Indices of the designs: the first breaks a limit, the second holds them all.
-    way : float
-        Share of the way from the lighter to the heavier one.
-    values : mapping of LimitKey to float
-        Explicit values that are expected there.
-    """
-
-    lighter: int
-    heavier: int
-    way: float
-    values: Mapping[LimitKey, float]
+    lighter: int  #: Index of the design that breaks a limit.
+    heavier: int  #: Index of the one that holds them all.
+    way: float  #: Share of the way from the lighter to the heavier one.
+    values: Mapping[LimitKey, float]  #: Explicit values that are expected there.
 
 
 def design_between(
@@ -51,14 +41,8 @@ def design_between(
     all then enclose the one that is looked for: the logarithm of every value is taken to vary
     linearly between them.
 
-    Parameters
-    ----------
-    masses : sequence of float, g
-        Of the designs so far, in order.
-    rows : sequence of sequence of LimitRow
-        Their explicit values.
-    factors : mapping of LimitKey to float
-        Accepted over explicit values.
+    ``masses``, g: of the designs so far, in order. ``rows``: their explicit values. ``factors``: by
+    LimitKey; accepted over explicit values.
     """
     if len(masses) < ENOUGH:
         return None

@@ -45,12 +45,7 @@ def with_design(
 
     Raises LatticeError if the map folds.
 
-    Parameters
-    ----------
-    rho : (M,) array
-        Density of every tetrahedron.
-    members : MemberField, optional
-        Of its solid members.
+    ``rho (M,)``: density of every tetrahedron. ``members``: of its solid members.
     """
     plan, cells, part = model.plan, model.cells, model.homogenised
     case = plan.case

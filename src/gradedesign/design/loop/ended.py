@@ -67,14 +67,8 @@ def why_ended(
 ) -> Ended | None:
     """Reason to end the loop before another iteration, or None.
 
-    Parameters
-    ----------
-    iterations : sequence of DesignIteration
-        Finished so far.
-    factors : mapping of (name, load case) to float
-        Factors of acceptance.
-    acceptance_s : float, s
-        That an acceptance after the iteration is expected to take.
+    ``iterations``: finished so far. ``factors``: mapping of (name, load case) to float; factors of
+    acceptance. ``acceptance_s``, s: that an acceptance after the iteration is expected to take.
     """
     if not iterations:
         return None
@@ -117,12 +111,8 @@ def require_time(iteration: int, deadline: Deadline, least_s: float) -> None:
 
     Raises NoTimeError if less is left.
 
-    Parameters
-    ----------
-    iteration : int
-        Number of the one whose design is to be judged.
-    least_s : float, s
-        That the acceptance takes.
+    ``iteration``: number of the one whose design is to be judged. ``least_s``, s: that the
+    acceptance takes.
     """
     remaining = deadline.remaining()
     if remaining < least_s:
@@ -139,12 +129,7 @@ def enclosed_end(mass: float, refused: Sequence[float]) -> Ended | None:
     Walls and struts that meet a face or miss it let displacements jump by some per cent between
     designs of nearly one mass: no design may use a limit to 97 %.
 
-    Parameters
-    ----------
-    mass : float, g
-        Of the accepted design.
-    refused : sequence of float, g
-        Of refused designs.
+    ``mass``, g: of the accepted design. ``refused``, g: of refused designs.
 
     Examples
     --------

@@ -35,14 +35,7 @@ def export_surface(
 
     Raises LatticeError if the surface in the file does not close as it is, or its volume differs
     from the analysed solid's by more than 5 %. Raises ResourceError if the file that is read back
-    is not the one that was written.
-
-    Returns
-    -------
-    surface : SurfaceMesh
-        As read back.
-    sha256 : str
-        Of the file.
+    is not the one that was written. Returns ``surface``: as read back; ``sha256``: of the file.
     """
     size = analysed.result.solved.division.surface_size
     step = _SURFACE_PER_SPACING * size
@@ -65,17 +58,8 @@ def case_surface(
 ) -> tuple[SurfaceMesh, Islands, float]:
     """`printed_surface` as ``[print]`` asks for it.
 
-    Parameters
-    ----------
-    memory : int, bytes
-        That it may take.
-    step : float, mm
-        Of the contour; it may be finer.
-
-    Returns
-    -------
-    step : float, mm
-        At which it was contoured.
+    ``memory``, bytes: that it may take. ``step``, mm: of the contour; it may be finer. Returns
+    ``step``, mm: at which it was contoured.
     """
     return printed_surface(
         design,

@@ -48,35 +48,18 @@ AT_BOUND = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DesignIteration:
-    """Finished iteration of the design loop: its design, its corrections and its discrepancies.
+    """Finished iteration of the design loop: its design, its corrections and its discrepancies."""
 
-    Attributes
-    ----------
-    summary : Iteration
-        Its row of the result.
-    rows : tuple of LimitRow
-        Explicit values.
-    correction : Correction
-        For the next iteration.
-    variables : (n,) array
-        Design variables, to start the next sizing from.
-    rho : (M,) array
-        Density of every tetrahedron.
-    members : MemberField or None
-        Of its solid members.
-    expected : mapping of LimitKey to float
-        Factors of `expected_factors`, which count until an acceptance teaches them.
-    """
-
-    summary: Iteration
-    rows: tuple[LimitRow, ...]
-    correction: Correction
-    variables: FloatArray
-    rho: FloatArray
+    summary: Iteration  #: Its row of the result.
+    rows: tuple[LimitRow, ...]  #: Explicit values.
+    correction: Correction  #: For the next iteration.
+    variables: FloatArray  #: ``(n,)``. Design variables, to start the next sizing from.
+    rho: FloatArray  #: ``(M,)``. Density of every tetrahedron.
     at_lower_bound: bool
     discrepancy: Discrepancy
+    #: By LimitKey. Factors of `expected_factors`, which count until an acceptance teaches them.
     expected: Factors = field(default_factory=dict)
-    members: MemberField | None = None
+    members: MemberField | None = None  #: Of its solid members.
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "variables", locked(self.variables, (None,)))

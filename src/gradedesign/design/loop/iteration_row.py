@@ -11,27 +11,15 @@ from gradedesign.mechanics.limits.key import LimitKey
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimitIteration:
-    """One limit in one iteration.
-
-    Attributes
-    ----------
-    predicted : float
-        By the corrected homogenised part, before the analysis.
-    explicit : float or None
-        None where no explicit analysis measures it.
-    discrepancy : float or None
-        explicit / predicted - 1.
-    factor : float
-        Correction of the prediction that this iteration's sizing used.
-    """
+    """One limit in one iteration."""
 
     key: LimitKey
     name: str
     unit: str
-    predicted: float
-    explicit: float | None
-    discrepancy: float | None
-    factor: float
+    predicted: float  #: By the corrected homogenised part, before the analysis.
+    explicit: float | None  #: None where no explicit analysis measures it.
+    discrepancy: float | None  #: explicit / predicted - 1.
+    factor: float  #: Correction of the prediction that this iteration's sizing used.
 
     @property
     def label(self) -> str:
@@ -41,43 +29,27 @@ class LimitIteration:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Iteration:
-    """One iteration: predicted and explicit values, and the corrections they lead to.
+    """One iteration: predicted and explicit values, and the corrections they lead to."""
 
-    Attributes
-    ----------
-    number : int
-        From 1.
-    lattice_mass_g, mass_g : float
-        By the explicit mesh.
-    mean_density : float
-        Of the lattice phase, as sized.
-    utilisation : float
-        Largest value over limit.
-    spacing_mm : float
-        Grid spacing that the thinnest wall needed, less where that grid lost volume or
-        components, and at most that of the iteration before where the memory holds that.
-    seconds : float
-        s.
-    stiffness_factor : float
-        Correction of the lattice's stiffness that this iteration's sizing used.
-    timing_s : mapping of stage to seconds
-        ``sizing``, ``explicit mesh``, ``explicit solve``; the rest of ``seconds`` is learning.
-    """
-
-    number: int
-    lattice_mass_g: float
-    mass_g: float
-    mean_density: float
+    number: int  #: From 1.
+    lattice_mass_g: float  #: By the explicit mesh.
+    mass_g: float  #: By the explicit mesh.
+    mean_density: float  #: Of the lattice phase, as sized.
     limits: tuple[LimitIteration, ...]
-    utilisation: float
+    utilisation: float  #: Largest value over limit.
     passed: bool
     dofs: int
     mesh_size_mm: float
+    #: Grid spacing that the thinnest wall needed, less where that grid lost volume or components,
+    #: and at most that of the iteration before where the memory holds that.
     spacing_mm: float
-    seconds: float
+    seconds: float  #: s.
+    #: Correction of the lattice's stiffness that this iteration's sizing used.
     stiffness_factor: float
     sizing_iterations: int
     sizing_converged: bool
+    #: Mapping of stage to seconds. ``sizing``, ``explicit mesh``, ``explicit solve``; the rest of
+    #: ``seconds`` is learning.
     timing_s: Mapping[str, float] = field(default_factory=dict)
 
     @property

@@ -57,21 +57,13 @@ _SIZED_BY = {"material", "keep", "load_case", "limits", "lattice", "zone", "prin
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Prediction:
-    """Prediction of the corrected homogenised model for a design, before its explicit analysis.
+    """Prediction of the corrected homogenised model for a design, before its explicit analysis."""
 
-    Attributes
-    ----------
-    values : dict of LimitKey to Predicted
-        Of every limit.
-    lattice_share : float
-        Share of the governing value by gradient that comes from strain of the lattice phase.
-    mean_density : float
-        Of the lattice phase, weighted by its strain energy in the governing value, so that it
-        stands for the lattice that carries.
-    """
-
-    values: dict[LimitKey, Predicted]
+    values: dict[LimitKey, Predicted]  #: Of every limit.
+    #: Share of the governing value by gradient that comes from strain of the lattice phase.
     lattice_share: float
+    #: Of the lattice phase, weighted by its strain energy in the governing value, so that it stands
+    #: for the lattice that carries.
     mean_density: float
 
 
@@ -109,25 +101,13 @@ def design_filter(model: DesignModel) -> DensityFilter:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SizingPlan:
-    """Settings of one sizing.
-
-    Attributes
-    ----------
-    start : (n,) array, optional
-        Design variables to begin with.
-    target : float
-        Utilisation of the limits that it aims at.
-    keep : float
-        Share of its start that every variable keeps at least.
-    bodies : bool
-        Whether shares of solid members become bodies.
-    """
+    """Settings of one sizing."""
 
     most_iterations: int
-    start: FloatArray | None = None
-    target: float = TARGET
-    keep: float = 0.0
-    bodies: bool = True
+    start: FloatArray | None = None  #: ``(n,)``. Design variables to begin with.
+    target: float = TARGET  #: Utilisation of the limits that it aims at.
+    keep: float = 0.0  #: Share of its start that every variable keeps at least.
+    bodies: bool = True  #: Whether shares of solid members become bodies.
 
 
 def size_design(

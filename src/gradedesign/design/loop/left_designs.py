@@ -34,6 +34,9 @@ def judge_left(
 ) -> tuple[Accepted | None, Ended]:
     """Judge designs that the loop has not judged but that may hold or be lighter.
 
+    Returns ``accepted``: the lightest design that holds, else the last one that was refused here;
+    None if nothing holds and nothing was judged here.
+
     Parameters
     ----------
     factors : Factors
@@ -44,12 +47,6 @@ def judge_left(
         The design that acceptance held.
     tried : set of int
         Numbers of the iterations that were judged, which ``stages.accept`` completes.
-
-    Returns
-    -------
-    accepted : Accepted or None
-        The lightest design that holds, else the last one that was refused here; None if nothing
-        holds and nothing was judged here.
     """
     if held is not None:
         if ended.by == "iterations" and last is not None:

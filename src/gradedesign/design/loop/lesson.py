@@ -34,22 +34,13 @@ class Prior:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lesson:
-    """Result of comparing an explicit analysis with its prediction.
+    """Result of comparing an explicit analysis with its prediction."""
 
-    Attributes
-    ----------
-    rows : tuple of LimitRow
-        Every limit by the explicit analysis, or by its prediction where that measures nothing.
-    explicit : dict of LimitKey to float
-        Of the limits that it measures.
-    correction : Correction
-        For the next iteration.
-    """
-
+    #: Every limit by the explicit analysis, or by its prediction where that measures nothing.
     rows: tuple[LimitRow, ...]
-    explicit: dict[LimitKey, float]
+    explicit: dict[LimitKey, float]  #: Of the limits that it measures.
     discrepancy: Discrepancy
-    correction: Correction
+    correction: Correction  #: For the next iteration.
 
 
 def learn(

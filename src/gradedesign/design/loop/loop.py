@@ -39,24 +39,13 @@ _MOST_UNJUDGED = 2
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Progress:
-    """State of a run between iterations, with which a resumed run begins.
+    """State of a run between iterations, with which a resumed run begins."""
 
-    Attributes
-    ----------
-    iterations : tuple of DesignIteration
-        Finished, in order.
-    refused : tuple of int
-        Numbers of the iterations whose design acceptance refused.
-    factors : mapping of a limit's key to float
-        Accepted over explicit value.
-    last : Judged, optional
-        Design that was judged last.
-    """
-
-    iterations: tuple[DesignIteration, ...] = ()
-    refused: tuple[int, ...] = ()
+    iterations: tuple[DesignIteration, ...] = ()  #: Finished, in order.
+    refused: tuple[int, ...] = ()  #: Numbers of the iterations whose design acceptance refused.
+    #: By a limit's key. Accepted over explicit value.
     factors: Factors = field(default_factory=dict)
-    last: Judged | None = None
+    last: Judged | None = None  #: Design that was judged last.
 
     @property
     def counting(self) -> Factors:
@@ -68,61 +57,37 @@ class Progress:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Outcome:
-    """Last state of the loop.
-
-    Attributes
-    ----------
-    accepted : Accepted or None
-        The lightest design that acceptance held, else the last that it refused; None if none came
-        so far.
-    """
+    """Last state of the loop."""
 
     iterations: tuple[DesignIteration, ...]
+    #: The lightest design that acceptance held, else the last that it refused; None if none came so
+    #: far.
     accepted: Accepted | None
     ended: Ended
 
 
 @dataclass(slots=True, kw_only=True)
 class _Run:
-    """State of the loop between its steps.
+    """State of the loop between its steps."""
 
-    Attributes
-    ----------
-    iterations, refused, factors, last
-        As in `Progress`.
-    tried : set of int
-        Numbers of the iterations whose design was judged.
-    accepted : Accepted or None
-        The lightest design that was held, else the last one that was refused.
-    analysed : Analysed or None
-        Of the last iteration, until its design is judged or another one begins.
-    unjudged : int
-        Designs in succession that could be analysed at one resolution only.
-    """
-
-    iterations: tuple[DesignIteration, ...]
-    refused: tuple[int, ...]
-    factors: Factors
-    last: Judged | None
-    tried: set[int]
+    iterations: tuple[DesignIteration, ...]  #: As in `Progress`.
+    refused: tuple[int, ...]  #: As in `Progress`.
+    factors: Factors  #: As in `Progress`.
+    last: Judged | None  #: As in `Progress`.
+    tried: set[int]  #: Numbers of the iterations whose design was judged.
+    #: The lightest design that was held, else the last one that was refused.
     accepted: Accepted | None = None
+    #: Of the last iteration, until its design is judged or another one begins.
     analysed: Analysed | None = None
-    unjudged: int = 0
+    unjudged: int = 0  #: Designs in succession that could be analysed at one resolution only.
 
 
 def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
     """Iterate until a design is accepted, none can help, or iterations or time run out.
 
-    Parameters
-    ----------
-    start : Progress, optional
-        Of the run that is resumed.
-
-    Raises
-    ------
-    LatticeError, MeshError, ResourceError
-        If the first design cannot be built or analysed. A later one that cannot ends the loop, and
-        so does one that cannot be judged.
+    ``start``: of the run that is resumed. Raises `LatticeError`, `MeshError`, `ResourceError` if
+    the first design cannot be built or analysed. A later one that cannot ends the loop, and so does
+    one that cannot be judged.
     """
     start = Progress() if start is None else start
     run = _Run(

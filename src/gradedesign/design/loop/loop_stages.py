@@ -22,28 +22,18 @@ class Judged:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Stages:
-    """Stages of the loop, injected as functions.
+    """Stages of the loop, injected as functions."""
 
-    Attributes
-    ----------
-    iterate : callable
-        Finished iterations and factors to the next iteration and its analysis: size with the
-        corrections so far, analyse explicitly and update the corrections.
-    accept : callable
-        An iteration, and its analysis where that is at hand, to the acceptance of its design.
-    judge_stress : callable
-        An accepted design whose submodels were postponed to the same design judged by them.
-    why_ended : callable
-        Finished iterations and factors to the reason to end before another iteration, or None.
-    store_iteration : callable
-        Keeps the last of the finished iterations for a run that is resumed.
-    store_acceptance : callable
-        Keeps the iterations that were refused, the factors, and the last verdict.
-    """
-
+    #: Finished iterations and factors to the next iteration and its analysis: size with the
+    #: corrections so far, analyse explicitly and update the corrections.
     iterate: Callable[[tuple[DesignIteration, ...], Factors], tuple[DesignIteration, Analysed]]
+    #: An iteration, and its analysis where that is at hand, to the acceptance of its design.
     accept: Callable[[DesignIteration, Analysed | None], Accepted]
+    #: An accepted design whose submodels were postponed to the same design judged by them.
     judge_stress: Callable[[Accepted], Accepted]
+    #: Finished iterations and factors to the reason to end before another iteration, or None.
     why_ended: Callable[[tuple[DesignIteration, ...], Factors], Ended | None]
+    #: Keeps the last of the finished iterations for a run that is resumed.
     store_iteration: Callable[[tuple[DesignIteration, ...]], None]
+    #: Keeps the iterations that were refused, the factors, and the last verdict.
     store_acceptance: Callable[[tuple[int, ...], Factors, Judged], None]

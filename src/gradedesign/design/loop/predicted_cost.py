@@ -29,64 +29,32 @@ WITHIN = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunWork:
-    """Amount of work of a run, in plain numbers.
+    """Amount of work of a run, in plain numbers."""
 
-    Attributes
-    ----------
-    part_dofs : int
-        Unknowns of the part's own mesh.
-    adjoint_solves : int
-        That limits by gradient cost sizing beside the solves of the load cases.
-    explicit_dofs : int
-        Unknowns of the explicit lattice.
-    explicit_memory : int
-        Bytes that its analysis asks of [run] memory before it begins.
-    explicit_mesh_s, explicit_solve_s : float, s
-        As the analysis estimates them.
-    whole_s : float, s
-        Of the whole printed surface at two resolutions, as its analysis estimates them.
-    mesher_tets : int
-        Tetrahedra of the mesher of the acceptance: of the whole lattice, or of all submodels.
-    iterations : int
-        That the run may take at most.
-    members : bool
-        Whether sizing looks for solid members.
-    """
-
-    part_dofs: int
+    part_dofs: int  #: Unknowns of the part's own mesh.
     load_cases: int
-    adjoint_solves: int
-    explicit_dofs: int
-    explicit_memory: int
-    explicit_mesh_s: float
-    explicit_solve_s: float
+    adjoint_solves: int  #: That limits by gradient cost sizing beside the solves of the load cases.
+    explicit_dofs: int  #: Unknowns of the explicit lattice.
+    explicit_memory: int  #: Bytes that its analysis asks of [run] memory before it begins.
+    explicit_mesh_s: float  #: s. As the analysis estimates them.
+    explicit_solve_s: float  #: s. As the analysis estimates them.
+    #: s. Of the whole printed surface at two resolutions, as its analysis estimates them.
     whole_s: float
+    #: Tetrahedra of the mesher of the acceptance: of the whole lattice, or of all submodels.
     mesher_tets: int
-    iterations: int
-    members: bool = False
+    iterations: int  #: That the run may take at most.
+    members: bool = False  #: Whether sizing looks for solid members.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Speed:
-    """Seconds for a unit of work.
+    """Seconds for a unit of work."""
 
-    Attributes
-    ----------
-    sizing : float, s
-        For each unknown of the part and each of its solves in an iteration.
-    mesh, solve : float
-        Over what the explicit analysis estimates.
-    tet : float, s
-        For each tetrahedron of the mesher of the acceptance.
-    start : float, s
-        Reading and meshing the part, pictures and report.
-    """
-
-    sizing: float
-    mesh: float
-    solve: float
-    tet: float
-    start: float
+    sizing: float  #: s. For each unknown of the part and each of its solves in an iteration.
+    mesh: float  #: Over what the explicit analysis estimates.
+    solve: float  #: Over what the explicit analysis estimates.
+    tet: float  #: s. For each tetrahedron of the mesher of the acceptance.
+    start: float  #: s. Reading and meshing the part, pictures and report.
 
 
 #: Measured in first iterations on two idle cores: sizing 0.6 to 1.9e-5, the mesher 0.4 to 0.9e-3
@@ -102,42 +70,21 @@ MEASURED = Speed(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CostPrediction:
-    """Predicted size and time of a run.
-
-    Attributes
-    ----------
-    memory_bytes : int
-        That the explicit analysis asks of [run] memory before it begins.
-    sizing_s : float, s
-        Of a first iteration.
-    explicit_mesh_s, explicit_solve_s : float, s
-        Of every iteration.
-    whole_s : float, s
-        The whole printed surface at two resolutions.
-    acceptance_s : float, s
-        Body-fitted meshes of the exported file and their analysis.
-    iteration_s : float, s
-        A first iteration: sizing, mesh, solve, and the update of the corrections.
-    run_s : float, s
-        ``iterations`` iterations, their acceptances, part and output.
-    iterations : int
-        That ``run_s`` counts.
-    learned : bool
-        Whether a finished iteration of the same run stands behind it.
-    """
+    """Predicted size and time of a run."""
 
     part_dofs: int
     explicit_dofs: int
-    memory_bytes: int
-    sizing_s: float
-    explicit_mesh_s: float
-    explicit_solve_s: float
-    whole_s: float
-    acceptance_s: float
+    memory_bytes: int  #: That the explicit analysis asks of [run] memory before it begins.
+    sizing_s: float  #: s. Of a first iteration.
+    explicit_mesh_s: float  #: s. Of every iteration.
+    explicit_solve_s: float  #: s. Of every iteration.
+    whole_s: float  #: s. The whole printed surface at two resolutions.
+    acceptance_s: float  #: s. Body-fitted meshes of the exported file and their analysis.
+    #: s. A first iteration: sizing, mesh, solve, and the update of the corrections.
     iteration_s: float
-    run_s: float
-    iterations: int
-    learned: bool = False
+    run_s: float  #: s. ``iterations`` iterations, their acceptances, part and output.
+    iterations: int  #: That ``run_s`` counts.
+    learned: bool = False  #: Whether a finished iteration of the same run stands behind it.
 
     @property
     def judging_s(self) -> float:
@@ -150,12 +97,8 @@ def predict_cost(
 ) -> CostPrediction:
     """Predict the size and time of a run from plain numbers.
 
-    Parameters
-    ----------
-    speed : Speed
-        Of this machine and case; what was measured on small cases by default.
-    learned : bool
-        Whether ``speed`` comes from a finished iteration of the run itself.
+    ``speed``: of this machine and case; what was measured on small cases by default. ``learned``:
+    whether ``speed`` comes from a finished iteration of the run itself.
     """
     sizing = _sizing_seconds(work, speed, _sizing_iterations_of(work, 0))
     mesh, solve = speed.mesh * work.explicit_mesh_s, speed.solve * work.explicit_solve_s

@@ -33,21 +33,15 @@ _KEPT = 0.05
 
 @dataclass(slots=True, kw_only=True)
 class RunCost:
-    """Budget of a run and its predicted cost; the clock starts with the record.
-
-    Attributes
-    ----------
-    before, after : CostPrediction or None
-        The first prediction, and the one that the first iteration taught.
-    judged_s : float or None, s
-        That the last acceptance took whose stress was judged in meshes of its own.
-    """
+    """Budget of a run and its predicted cost; the clock starts with the record."""
 
     budget: RunSpec
     clock: Deadline = field(init=False)
     work: RunWork | None = None
+    #: The first prediction, and the one that the first iteration taught.
     before: CostPrediction | None = None
-    after: CostPrediction | None = None
+    after: CostPrediction | None = None  #: As `before`.
+    #: s. That the last acceptance took whose stress was judged in meshes of its own.
     judged_s: float | None = None
 
     def __post_init__(self) -> None:

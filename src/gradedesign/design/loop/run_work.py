@@ -34,11 +34,8 @@ SAMPLES = 65
 def run_work(model: DesignModel) -> RunWork:
     """Work of a run before it.
 
-    Parameters
-    ----------
-    model : DesignModel
-        Its limits on the fully solid part tell how much stiffness and strength a lattice may give
-        up. Without them sizing is taken to end at a third of the window.
+    ``model``: its limits on the fully solid part tell how much stiffness and strength a lattice may
+    give up. Without them sizing is taken to end at a third of the window.
     """
     plan, cells = model.plan, model.cells
     case, analysis = plan.case, plan.tools.analysis

@@ -47,12 +47,8 @@ def saturated(
 
     Returns str or None: one sentence: the limit, and what would help.
 
-    Parameters
-    ----------
-    iterations : sequence of DesignIteration
-        In order, with their explicit values; limits that the last one breaks are looked at.
-    factors : mapping of LimitKey to float
-        Factors of acceptance.
+    ``iterations``: in order, with their explicit values; limits that the last one breaks are looked
+    at. ``factors``: by LimitKey; factors of acceptance.
     """
     if iterations[-1].members is not None:
         return None
@@ -76,12 +72,8 @@ def saturated(
 def never_held(designs: Sequence[Sequence[LimitRow]], factors: Factors) -> list[LimitRow]:
     """Rows of the last design whose limit it breaks, as every design before it did.
 
-    Parameters
-    ----------
-    designs : sequence of sequence of LimitRow
-        Explicit values of the designs, in order.
-    factors : mapping of LimitKey to float
-        Accepted over explicit values.
+    ``designs``: explicit values of the designs, in order. ``factors``: by LimitKey; accepted over
+    explicit values.
     """
     *earlier, last = (with_factors(rows, factors) for rows in designs)
     held = {(row.key, row.load_case) for rows in earlier for row in rows if row.passed}
@@ -121,12 +113,8 @@ def density_gain(
 ) -> float:
     """Share of a value that densities at the better of their bounds would take away.
 
-    Parameters
-    ----------
-    slope : (M,) array
-        Derivative of the value, or of its utilisation, by every density, over itself.
-    rho : (M,) array
-    bounds : two (M,) arrays or floats
+    ``slope (M,)``: derivative of the value, or of its utilisation, by every density, over itself.
+    ``rho (M,)``. ``bounds``: two (M,) arrays or floats.
 
     Notes
     -----

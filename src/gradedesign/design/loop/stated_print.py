@@ -37,55 +37,26 @@ _OF_LAYERS = {"layer_height", "pixel_size", "build_direction", "build_volume"}
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SurfaceMeasures:
-    """Measures of a printed surface.
+    """Measures of a printed surface."""
 
-    Attributes
-    ----------
-    islands : Islands
-        Disconnected components that were removed from it.
-    printability : Printability or None
-        How it is made, where the case has ``[print]``.
-    built : AsBuiltBody or None
-        What is built of it, where the case has ``[process]``.
-    """
-
-    islands: Islands
+    islands: Islands  #: Disconnected components that were removed from it.
     thickness: WallThickness
-    printability: Printability | None
-    built: AsBuiltBody | None = None
+    printability: Printability | None  #: How it is made, where the case has ``[print]``.
+    built: AsBuiltBody | None = None  #: What is built of it, where the case has ``[process]``.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StatedPrint:
-    """The print of a lattice of stated density and its measures.
+    """The print of a lattice of stated density and its measures."""
 
-    Attributes
-    ----------
-    lattice : PrintedLattice
-        As exporters receive it.
-    slabs : tuple of SlabDensities
-        Across x, y and z.
-    volume : float, mm^3
-    dropped : int
-        Disconnected components that were left out.
-    dropped_share : float
-        Their share of the volume before.
-    sizes : mapping of str to float
-        Of the grid, or of layers and pixels, mm.
-    surface : SurfaceMeasures or None
-        None where layers alone are made.
-    made_of : str
-        Words on triangles or layers.
-    """
-
-    lattice: PrintedLattice
-    slabs: tuple[SlabDensities, ...]
-    volume: float
-    dropped: int
-    dropped_share: float
-    sizes: Mapping[str, Any]
-    surface: SurfaceMeasures | None
-    made_of: str
+    lattice: PrintedLattice  #: As exporters receive it.
+    slabs: tuple[SlabDensities, ...]  #: Across x, y and z.
+    volume: float  #: mm^3.
+    dropped: int  #: Disconnected components that were left out.
+    dropped_share: float  #: Their share of the volume before.
+    sizes: Mapping[str, Any]  #: Of the grid, or of layers and pixels, mm.
+    surface: SurfaceMeasures | None  #: None where layers alone are made.
+    made_of: str  #: Words on triangles or layers.
 
     @property
     def words(self) -> str:

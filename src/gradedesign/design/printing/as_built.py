@@ -38,27 +38,16 @@ _STILL = 5e-4
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Building:
-    """How a surface is built.
-
-    Attributes
-    ----------
-    process : Process
-    up : (3,) array
-        Build direction, of length 1.
-    held : (m,) bool array
-        Facets that keep their place: the faces of the part, on whose size machines are calibrated
-        and which mate with others, while tables of struts say nothing of them.
-    strut : float, mm
-        Length over which the width of struts is alike: scatter is from strut to strut.
-    links : (2, k) int array
-        Neighbouring facets of one smooth surface.
-    """
+    """How a surface is built."""
 
     process: Process
-    up: FloatArray
+    up: FloatArray  #: ``(3,)``. Build direction, of length 1.
+    #: ``(m,)``. Facets that keep their place: the faces of the part, on whose size machines are
+    #: calibrated and which mate with others, while tables of struts say nothing of them.
     held: BoolArray
+    #: mm. Length over which the width of struts is alike: scatter is from strut to strut.
     strut: float
-    links: IntArray
+    links: IntArray  #: ``(2, k)``. Neighbouring facets of one smooth surface.
 
 
 def building_on(
@@ -81,12 +70,8 @@ def as_built_surface(
 ) -> SurfaceMesh:
     """The surface that is built: by the table of the process, wavy where it says so.
 
-    Parameters
-    ----------
-    seed : int
-        Of the waviness, and of the scatter.
-    scattered : bool
-        Whether the width also scatters from strut to strut, as in one sample of many.
+    ``seed``: of the waviness, and of the scatter. ``scattered``: whether the width also scatters
+    from strut to strut, as in one sample of many.
     """
     more = np.zeros(len(surface.vertices))
     process = building.process
@@ -102,18 +87,13 @@ def as_built_surface(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Compensated:
-    """A surface of which a process builds a designed one.
-
-    Attributes
-    ----------
-    rms_mm, most_mm : float
-        Distance of the surface that is built of it from the designed one at its vertices: root mean
-        square, and the one that 1 % exceed.
-    """
+    """A surface of which a process builds a designed one."""
 
     surface: SurfaceMesh
+    #: Distance of the surface that is built of it from the designed one at its vertices: root mean
+    #: square, and the one that 1 % exceed.
     rms_mm: float
-    most_mm: float
+    most_mm: float  #: As `rms_mm`.
 
 
 def compensated_surface(surface: SurfaceMesh, building: Building) -> Compensated:

@@ -38,50 +38,26 @@ _ON_FACE, _ALIKE = 1e-3, 0.9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StatedProcess:
-    """A process with what the case asks of it.
-
-    Attributes
-    ----------
-    direction : str
-        Of the part, that points upwards in the printer.
-    judged : {"nominal", "as_built", "both"}
-        Body that must meet the limits.
-    compensate : bool
-        Whether the file is offset beforehand.
-    variants : int
-        Random bodies to analyse.
-    seed : int
-    """
+    """A process with what the case asks of it."""
 
     process: Process
-    direction: str = "+z"
-    judged: str = "both"
-    compensate: bool = False
-    variants: int = 0
+    direction: str = "+z"  #: Of the part, that points upwards in the printer.
+    judged: str = "both"  #: "nominal", "as_built" or "both". Body that must meet the limits.
+    compensate: bool = False  #: Whether the file is offset beforehand.
+    variants: int = 0  #: Random bodies to analyse.
     seed: int = 2027
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AsBuiltBody:
-    """The body that is built of a printed file.
-
-    Attributes
-    ----------
-    file : SurfaceMesh
-        That is printed: the designed surface, or its compensated one.
-    surface : SurfaceMesh
-        That is built of it.
-    designed : SurfaceMesh
-    compensated : Compensated or None
-        Where the case asks for it.
-    """
+    """The body that is built of a printed file."""
 
     stated: StatedProcess
     building: Building
     designed: SurfaceMesh
-    file: SurfaceMesh
-    surface: SurfaceMesh
-    compensated: Compensated | None = None
+    file: SurfaceMesh  #: That is printed: the designed surface, or its compensated one.
+    surface: SurfaceMesh  #: That is built of it.
+    compensated: Compensated | None = None  #: Where the case asks for it.
 
     def variant(self, number: int) -> SurfaceMesh:
         """One as-built surface of many by its number from 1: waviness and scatter drawn anew."""
@@ -94,12 +70,8 @@ def as_built_body(
 ) -> AsBuiltBody | None:
     """The body that a process builds of a printed surface; None where nothing is known of it.
 
-    Parameters
-    ----------
-    part : SurfaceMesh
-        Whose faces keep their place, see `Building`.
-    strut : float, mm
-        Length over which the width of struts is alike: half a cell.
+    ``part``: whose faces keep their place, see `Building`. ``strut``, mm: length over which the
+    width of struts is alike: half a cell.
     """
     if stated is None or not stated.process.has_body:
         return None
@@ -174,9 +146,7 @@ def as_built_data(
 ) -> dict[str, Any]:
     """Plain data on a process and the body that it builds; empty without a process.
 
-    Parameters
-    ----------
-    density : float or None, t/mm^3
+    ``density``, t/mm^3.
     """
     if stated is None:
         return {}

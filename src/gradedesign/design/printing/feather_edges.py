@@ -26,23 +26,13 @@ _PLACE = 5.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FeatherEdges:
-    """Surface with less than a wall of solid behind it, at an acute angle to the face behind.
-
-    Attributes
-    ----------
-    angle_deg : float
-        Faces that enclose less count.
-    share : float
-        Of the surface's area.
-    at_mm : (float, float, float) or None
-        Where most of it lies; None without any.
-    """
+    """Surface with less than a wall of solid behind it, at an acute angle to the face behind."""
 
     wall_mm: float
-    angle_deg: float
-    share: float
+    angle_deg: float  #: Faces that enclose less count.
+    share: float  #: Of the surface's area.
     area_mm2: float
-    at_mm: tuple[float, float, float] | None
+    at_mm: tuple[float, float, float] | None  #: Where most of it lies; None without any.
 
 
 def feather_edges(surface: SurfaceMesh, wall: float, rays: int = RAYS) -> FeatherEdges:
@@ -52,12 +42,7 @@ def feather_edges(surface: SurfaceMesh, wall: float, rays: int = RAYS) -> Feathe
     within the wall, through a face that encloses less than `FLAT` with the face it began on, lies
     at a feather edge. A wall that is too thin all over encloses nothing and counts too.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        Closed and outward oriented.
-    wall : float, mm
-        Thinnest that is printed.
+    ``surface``: closed and outward oriented. ``wall``, mm: thinnest that is printed.
     """
     origins, inward = surface_rays(surface, rays)
     tree = build_triangle_tree(corner_points(surface))

@@ -21,34 +21,19 @@ _FACING = 0.9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gap:
-    """Two places of a surface that face each other across void.
+    """Two places of a surface that face each other across void."""
 
-    Attributes
-    ----------
-    width : float, mm
-    middle : (float, float, float), mm
-    """
-
-    width: float
-    middle: tuple[float, float, float]
+    width: float  #: mm.
+    middle: tuple[float, float, float]  #: mm.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FacingPlaces:
-    """Places of a surface that face another one of it within a distance.
+    """Places of a surface that face another one of it within a distance."""
 
-    Attributes
-    ----------
-    width : (k,) array, mm
-    middle : (3, k) array, mm
-        Halfway between both.
-    rays : int
-        Places that were looked at, spread evenly over the surface.
-    """
-
-    width: FloatArray
-    middle: FloatArray
-    rays: int
+    width: FloatArray  #: ``(k,)``, mm.
+    middle: FloatArray  #: ``(3, k)``, mm. Halfway between both.
+    rays: int  #: Places that were looked at, spread evenly over the surface.
 
     def __post_init__(self) -> None:
         lock(self, width=(None,), middle=(3, None))
@@ -60,15 +45,9 @@ def narrowest_gap(surface: SurfaceMesh, below: float, rays: int = RAYS) -> Gap |
     Slots and clearances count, also those between bodies; the corners of notches of more than 26
     degrees do not.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        Closed and outward oriented.
-    below : float, mm
-        Wider gaps are not looked for.
-    rays : int
-        Spread evenly over the surface: a gap is found if it is longer and wider than they are
-        apart.
+    ``surface``: closed and outward oriented. ``below``, mm: wider gaps are not looked for.
+    ``rays``: spread evenly over the surface: a gap is found if it is longer and wider than they are
+    apart.
     """
     turned = SurfaceMesh(vertices=surface.vertices, faces=surface.faces[:, ::-1])
     found = _facing_places(surface, *surface_rays(turned, rays), below, way=-1)

@@ -16,41 +16,22 @@ _TOUCHING = np.ones((3, 3), dtype=bool)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorstIsland:
-    """The island of the largest volume until something held joins it.
+    """The island of the largest volume until something held joins it."""
 
-    Attributes
-    ----------
-    at_mm : (float, float, float)
-        Middle of its first layer.
-    area_mm2 : float
-        Of that layer.
-    height_mm : float
-        Up to the layer that joins it to what stands on the plate.
-    volume_mm3 : float
-        Up to there.
-    """
-
-    at_mm: tuple[float, float, float]
-    area_mm2: float
-    height_mm: float
-    volume_mm3: float
+    at_mm: tuple[float, float, float]  #: Middle of its first layer.
+    area_mm2: float  #: Of that layer.
+    height_mm: float  #: Up to the layer that joins it to what stands on the plate.
+    volume_mm3: float  #: Up to there.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LayerIslands:
-    """Islands of all layers.
+    """Islands of all layers."""
 
-    Attributes
-    ----------
-    step_mm : float
-        Height of a layer and edge of a pixel: one pixel is how far a layer may reach out.
-    area_mm2 : float
-        Of the first layers of all of them.
-    """
-
+    #: Height of a layer and edge of a pixel: one pixel is how far a layer may reach out.
     step_mm: float
     count: int
-    area_mm2: float
+    area_mm2: float  #: Of the first layers of all of them.
     worst: WorstIsland | None
 
 

@@ -31,46 +31,29 @@ _BATCH = 256
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Overhang:
-    """Overhangs of a surface.
+    """Overhangs of a surface."""
 
-    Attributes
-    ----------
-    angle : float, degrees
-        A facet overhangs where it is inclined to the plate by less.
-    share_by_angle : mapping of str to float
-        Share of the surface that looks down and is inclined to the plate by less, as built, for
-        every one of `_INCLINATIONS`.
-    fraction, least, most : float
-        Share of the surface that overhangs: as built, and in the best and the worst direction. What
-        lies on the plate counts, since every direction has another plate.
-    best, worst : (float, float, float)
-        Those directions, in the axes of the part.
-    supported_share, supported_area : float, mm^2
-        Of the surface that overhangs as built and does not lie on the plate.
-    support_volume : float, mm^3
-        Below it, straight down to the next surface or the plate.
-    """
-
-    angle: float
+    angle: float  #: degrees. A facet overhangs where it is inclined to the plate by less.
+    #: Share of the surface that looks down and is inclined to the plate by less, as built, for
+    #: every one of `_INCLINATIONS`.
     share_by_angle: Mapping[str, float]
+    #: Share of the surface that overhangs: as built, and in the best and the worst direction. What
+    #: lies on the plate counts, since every direction has another plate.
     fraction: float
-    least: float
-    most: float
-    best: tuple[float, float, float]
-    worst: tuple[float, float, float]
+    least: float  #: As `fraction`.
+    most: float  #: As `fraction`.
+    best: tuple[float, float, float]  #: Those directions, in the axes of the part.
+    worst: tuple[float, float, float]  #: Those directions, in the axes of the part.
+    #: mm^2. Of the surface that overhangs as built and does not lie on the plate.
     supported_share: float
-    supported_area: float
-    support_volume: float
+    supported_area: float  #: As `supported_share`.
+    support_volume: float  #: mm^3. Below it, straight down to the next surface or the plate.
 
 
 def overhang(surface: SurfaceMesh, up: FloatArray, angle: float) -> Overhang:
     """Measure the overhangs of a closed surface.
 
-    Parameters
-    ----------
-    up : (3,) array
-        Build direction, of length 1.
-    angle : float, degrees
+    ``up (3,)``: build direction, of length 1. ``angle``, degrees.
 
     References
     ----------

@@ -31,20 +31,14 @@ MOST_VOXELS = 2**31 - 1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Printability:
-    """Measures of the printed solid as a print: overhangs, islands, voids, thickness.
-
-    Attributes
-    ----------
-    feathers : FeatherEdges or None
-        Where the case states the thinnest wall.
-    """
+    """Measures of the printed solid as a print: overhangs, islands, voids, thickness."""
 
     build_direction: str
     thickness: WallThickness
     overhang: Overhang
     islands: LayerIslands
     voids: Voids
-    feathers: FeatherEdges | None
+    feathers: FeatherEdges | None  #: Where the case states the thinnest wall.
 
 
 def grid_step(spec: PrintSpec, extent: FloatArray) -> tuple[float, int, float]:
@@ -65,14 +59,8 @@ def measure_printability(
 ) -> Printability:
     """Measure a printed solid for how it is made.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        The printed solid, closed.
-    part : SurfaceMesh
-        The fully solid part, in which voids are looked for.
-    thickness : WallThickness
-        Of ``surface``.
+    ``surface``: the printed solid, closed. ``part``: the fully solid part, in which voids are
+    looked for. ``thickness``: of ``surface``.
     """
     frame = np.array(FRAMES[spec.build_direction], dtype=np.float64)
     report_step("overhangs")

@@ -42,53 +42,26 @@ _LISTED = 10
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrappedVoid:
-    """A void that powder cannot leave.
-
-    Attributes
-    ----------
-    at_mm : (float, float, float)
-        Where it is widest.
-    way_mm : float
-        Diameter of the largest ball that leaves it; 0 where none does.
-    throat_mm : (float, float, float) or None
-        Narrowest place of that way.
-    """
+    """A void that powder cannot leave."""
 
     volume_mm3: float
-    at_mm: tuple[float, float, float]
-    way_mm: float
-    throat_mm: tuple[float, float, float] | None
+    at_mm: tuple[float, float, float]  #: Where it is widest.
+    way_mm: float  #: Diameter of the largest ball that leaves it; 0 where none does.
+    throat_mm: tuple[float, float, float] | None  #: Narrowest place of that way.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Voids:
-    """Voids inside the part's outline.
+    """Voids inside the part's outline."""
 
-    Attributes
-    ----------
-    step_mm : float
-        Grid. Widths are right within one and a half steps.
-    volume_mm3 : float
-        Of all voids.
-    closed : int
-        Voids without any way out, by the surface itself.
-    min_throat_mm : float or None
-        Narrowest throat through which powder leaves; None: any does.
-    trapped_volume_mm3 : float
-        Closed, or behind narrower throats by more than their width.
-    trapped : tuple of TrappedVoid
-        The largest.
-    pore_throat_percentiles_mm : mapping of str to float
-        That share of the voids' volume, in per cent, is not reached by a larger ball from outside.
-    """
-
-    step_mm: float
-    volume_mm3: float
-    closed: int
+    step_mm: float  #: Grid. Widths are right within one and a half steps.
+    volume_mm3: float  #: Of all voids.
+    closed: int  #: Voids without any way out, by the surface itself.
     closed_volume_mm3: float
-    min_throat_mm: float | None
-    trapped_volume_mm3: float
-    trapped: tuple[TrappedVoid, ...]
+    min_throat_mm: float | None  #: Narrowest throat through which powder leaves; None: any does.
+    trapped_volume_mm3: float  #: Closed, or behind narrower throats by more than their width.
+    trapped: tuple[TrappedVoid, ...]  #: The largest.
+    #: That share of the voids' volume, in per cent, is not reached by a larger ball from outside.
     pore_throat_percentiles_mm: Mapping[str, float] = field(default_factory=dict)
 
 

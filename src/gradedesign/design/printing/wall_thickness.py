@@ -23,19 +23,13 @@ _MOST_LOST = 1e-4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WallThickness:
-    """Distribution of thickness over the surface.
+    """Distribution of thickness over the surface."""
 
-    Attributes
-    ----------
-    percentiles_mm : mapping of str to float
-        By percentile of the surface's area, such as ``"0.1"``: that share of the surface has less
-        solid behind it.
-    method : str
-        For the report.
-    """
-
+    #: By percentile of the surface's area, such as ``"0.1"``: that share of the surface has less
+    #: solid behind it.
     percentiles_mm: Mapping[str, float]
     rays: int
+    #: For the report.
     method: str = (
         "length of the inward normal ray to where it first leaves the solid, from points spread "
         "evenly over the surface"

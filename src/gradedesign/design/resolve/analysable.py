@@ -32,30 +32,17 @@ EXPECTED_SHARE = 1 / 3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Analysable:
-    """Density bounds whose lattice the budgets hold.
-
-    Attributes
-    ----------
-    bounds : (float, float)
-    elements_per_wall : float
-        Elements across the thinnest wall.
-    spacing : float, mm
-        Element size that the walls at the lower bound ask for.
-    memory_bytes : int
-        Expected of the explicit analysis; where it is refused, the least of the window.
-    refusal : str
-        Why no density of the window fits the budget; empty where one does.
-    zones : tuple of Analysable
-        The same of every zone of the case; empty where it has none.
-    """
+    """Density bounds whose lattice the budgets hold."""
 
     analysis: ExplicitAnalysis
     bounds: tuple[float, float]
-    elements_per_wall: float
-    spacing: float
+    elements_per_wall: float  #: Elements across the thinnest wall.
+    spacing: float  #: mm. Element size that the walls at the lower bound ask for.
+    #: Expected of the explicit analysis; where it is refused, the least of the window.
     memory_bytes: int
     warnings: tuple[str, ...] = ()
-    refusal: str = ""
+    refusal: str = ""  #: Why no density of the window fits the budget; empty where one does.
+    #: The same of every zone of the case; empty where it has none.
     zones: tuple[Analysable, ...] = ()
 
 
@@ -83,21 +70,11 @@ def analysable_bounds(
 ) -> Analysable:
     """Raise the lower density bound to the least that the budgets can analyse and accept.
 
-    Parameters
-    ----------
-    bounds : (float, float)
-        Density window of user, cell, law and printer.
-    least_size : float, mm
-        Shortest extent of any cell.
-    part : PlannedPart
-        With the volumes of its lattice and of what stays solid.
-
-    Returns
-    -------
-    Analysable
-        With the bounds as they were where the case asks for no explicit analysis, states its grid,
-        or states the thickness of its walls, and where nothing fits. Where no density lets the
-        finer resolution of acceptance fit, the iterations alone decide.
+    ``bounds``: density window of user, cell, law and printer. ``least_size``, mm: shortest extent
+    of any cell. ``part``: with the volumes of its lattice and of what stays solid. Returns
+    Analysable: with the bounds as they were where the case asks for no explicit analysis, states
+    its grid, or states the thickness of its walls, and where nothing fits. Where no density lets
+    the finer resolution of acceptance fit, the iterations alone decide.
     """
     low, high = bounds
     rho = np.geomspace(low, high, SAMPLES)

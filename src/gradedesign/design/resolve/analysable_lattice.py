@@ -29,12 +29,8 @@ def analysable_lattice(
 
     Raises ResourceError if the memory of the case holds no density of its window.
 
-    Parameters
-    ----------
-    bounds : sequence of (float, float)
-        Density windows of user, cell, law and printer of every zone, one without zones.
-    latticed, solid : float, mm^3
-        Volume that becomes lattice, and volume that stays solid.
+    ``bounds``: density windows of user, cell, law and printer of every zone, one without zones.
+    ``latticed``, ``solid``, mm^3: volume that becomes lattice, and volume that stays solid.
     """
     case = plan.case
     part = planned_part(

@@ -22,27 +22,18 @@ from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CellChoice:
-    """Cells of a design; where their size is graded, every design lays out its own.
-
-    Attributes
-    ----------
-    bounds : (float, float)
-        Intersection of the user's, the family's, the law's and the printer's density windows.
-    elements_per_wall : float
-        Elements of the explicit analysis across the thinnest wall.
-    zoning : Zoning or None
-        Zones whose cells or densities differ; cell, law and elements are then those of what lies
-        in no zone, ``bounds`` the least and the largest density of all.
-    frames : callable, optional
-        Rotations whose rows cells follow, points ``(3, ...)`` mm to ``(3, 3, ...)``.
-    """
+    """Cells of a design; where their size is graded, every design lays out its own."""
 
     cell: Cell
     law: ScalingLaw
+    #: Intersection of the user's, the family's, the law's and the printer's density windows.
     bounds: tuple[float, float]
-    elements_per_wall: float
+    elements_per_wall: float  #: Elements of the explicit analysis across the thinnest wall.
     layout: CellLayout
+    #: Zones whose cells or densities differ; cell, law and elements are then those of what lies in
+    #: no zone, ``bounds`` the least and the largest density of all.
     zoning: Zoning | None = None
+    #: Rotations whose rows cells follow, points ``(3, ...)`` mm to ``(3, 3, ...)``.
     frames: Field | None = None
 
 

@@ -29,23 +29,14 @@ def choose_law(
     2. the share of the asked densities that the window covers, largest first;
     3. name.
 
-    Parameters
-    ----------
-    family : str
-        Name of the cell family.
-    law : str
-        ``auto``, the name of a law, or ``gibson-ashby``: the power law fitted, over the asked
-        densities, to the first of the computed laws that ``auto`` would take.
-    density : (float, float)
-        Range the case asks for. The law need not cover all of it: sizing stays within the window.
+    Raises `DensityError` as `gibson_ashby`. Raises `CaseError` for an unknown law, or one for other
+    families; lists those for this one. Also if no window meets the densities; lists the laws with
+    their windows.
 
-    Raises
-    ------
-    DensityError
-        As `gibson_ashby`.
-    CaseError
-        For an unknown law, or one for other families; lists those for this one. Also
-        if no window meets the densities; lists the laws with their windows.
+    ``family``: name of the cell family. ``law``: ``auto``, the name of a law, or ``gibson-ashby``:
+    the power law fitted, over the asked densities, to the first of the computed laws that ``auto``
+    would take. ``density``: range the case asks for. The law need not cover all of it: sizing stays
+    within the window.
     """
     for_family = {n: k for n, k in registry.scaling_laws.items() if family in k.families}
     choices = ["auto", GIBSON_ASHBY, *for_family]

@@ -23,12 +23,8 @@ def component_place(
 ) -> ComponentPlace:
     """The tables of a case and its part, as yet without components.
 
-    Parameters
-    ----------
-    cells : sequence of Cell
-        That will fill it.
-    stress : callable, optional
-        Of the solid part, 0 to 1, at points ``(3, ...)`` mm, once it is known.
+    ``cells``: that will fill it. ``stress``: of the solid part, 0 to 1, at points ``(3, ...)`` mm,
+    once it is known.
     """
     points = part.surface.vertices
     with locating(case.where, "part"):

@@ -49,48 +49,32 @@ from gradedesign.mechanics.sizing.solid_moments import solid_fraction, solid_mom
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DesignModel:
-    """A planned case meshed, loaded and limited: what sizing and its iterations work on.
+    """A planned case meshed, loaded and limited: what sizing and its iterations work on."""
 
-    Attributes
-    ----------
-    plan : Plan
-        With the skins that follow stress, and the analysis at the resolution that memory allows.
-    homogenised : HomogenisedModel
-        The part's tetrahedra with their laws and loads, without corrections, in these cells.
-    cells : CellChoice
-        Laid out anew for every design where their size is graded.
-    limits : tuple of Limit
-        Those relative to the solid part are resolved by `solid.with_solid`.
-    facets : dict of region to (k, 3) int array
-        Of the tetrahedra, for every region that a load or a limit names.
-    solid : tuple of LimitRow
-        Every limit with its value on the fully solid part, once that is analysed.
-    solutions : tuple of Solution
-        Of the fully solid part in every load case, once it is analysed.
-    solid_yields : tuple of str
-        Warning that the fully solid part yields; empty where it does not.
-    """
-
+    #: With the skins that follow stress, and the analysis at the resolution that memory allows.
     plan: Plan
+    #: The part's tetrahedra with their laws and loads, without corrections, in these cells.
     homogenised: HomogenisedModel
-    cells: CellChoice
+    cells: CellChoice  #: Laid out anew for every design where their size is graded.
+    #: Those relative to the solid part are resolved by `solid.with_solid`.
     limits: tuple[Limit, ...]
+    #: By region, each ``(k, 3)``. Of the tetrahedra, for every region that a load or a limit names.
     facets: dict[str, IntArray]
     warnings: tuple[str, ...]
+    #: Every limit with its value on the fully solid part, once that is analysed.
     solid: tuple[LimitRow, ...] = ()
+    #: Of the fully solid part in every load case, once it is analysed.
     solutions: tuple[Solution, ...] = ()
+    #: Warning that the fully solid part yields; empty where it does not.
     solid_yields: tuple[str, ...] = ()
 
 
 def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> DesignModel:
     """Resolve names, read and mesh the part, find its regions, apply its loads.
 
-    Raises
-    ------
-    GradeDesignError
-        As `resolve_case`, `resolve_law` and the mesher; if a limit judges too little of the part.
-    ResourceError
-        If the memory of the case holds no density of its window.
+    Raises `GradeDesignError` as `resolve_case`, `resolve_law` and the mesher; if a limit judges too
+    little of the part. Raises `ResourceError` if the memory of the case holds no density of its
+    window.
     """
     plan = resolve_case(case, registry)
     case, lattice, cell = plan.case, plan.case.lattice, plan.cell

@@ -43,12 +43,8 @@ def zones_of_supports(
 ) -> tuple[SupportZone, ...]:
     """Zones around supports, of the radius that ``[limits]`` states or of the default one.
 
-    Parameters
-    ----------
-    element_size : float, mm
-        Of the part's tetrahedra.
-    inside : (3, n) array, mm
-        Points that fill the part evenly.
+    ``element_size``, mm: of the part's tetrahedra. ``inside (3, n)``, mm: points that fill the part
+    evenly.
     """
     supports = singular_supports(load_cases, part.regions, part.surface)
     distances = [region_distance(support.corners) for support in supports]
@@ -97,10 +93,7 @@ def require_judged(
 
     Raises CaseError, naming the share that is left and the largest radius that leaves enough.
 
-    Parameters
-    ----------
-    inside, lattice : (3, n) array, mm
-        Points that fill the part, and its lattice, evenly.
+    ``inside (3, n)``, ``lattice (3, n)``, mm: points that fill the part, and its lattice, evenly.
     """
     if not zones:
         return

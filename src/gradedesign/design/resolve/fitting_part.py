@@ -37,12 +37,8 @@ def fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
     """The part as read and repaired, if its mesh, cells, supports and limits are possible.
 
     The case that comes with it states the mesh size, and what planes of symmetry hold. Where the
-    density is stated, neither is asked for: nothing is meshed or analysed.
-
-    Raises
-    ------
-    CaseError, PartError, ResourceError, PluginError
-        Whatever is wrong, with file, line and key.
+    density is stated, neither is asked for: nothing is meshed or analysed. Raises `CaseError`,
+    `PartError`, `ResourceError`, `PluginError`: whatever is wrong, with file, line and key.
     """
     # A name that is not installed is told before the part is read, which may take seconds.
     lattice_files(case.output.formats, registry, case.where)
@@ -72,10 +68,8 @@ def fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
 def installed_part(case: Case, registry: Registry) -> Part:
     """The part as the installed readers and repairers read it, if the printer takes it.
 
-    Raises
-    ------
-    CaseError, PartError, ResourceError, PluginError
-        Whatever is wrong, with file, line and key.
+    Raises `CaseError`, `PartError`, `ResourceError`, `PluginError`: whatever is wrong, with file,
+    line and key.
     """
     mend = part_repairer(case.part, case.run, registry, case.where)
     with locating(case.where, "part.file"):

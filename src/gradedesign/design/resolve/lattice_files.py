@@ -42,20 +42,13 @@ _TAKEN = ("lattice.png", "lattice.vtu")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LatticeFile:
-    """A file of the printed lattice in one of the case's formats.
+    """A file of the printed lattice in one of the case's formats."""
 
-    Attributes
-    ----------
-    name : str
-        Below the run folder: ``lattice`` and the exporter's suffix; ``lattice-`` and the
-        exporter's name before it where another file has that name.
-    source : str
-        Distribution and version that supplied it.
-    """
-
+    #: Below the run folder: ``lattice`` and the exporter's suffix; ``lattice-`` and the exporter's
+    #: name before it where another file has that name.
     name: str
     exporter: Exporter
-    source: str
+    source: str  #: Distribution and version that supplied it.
 
     @property
     def key(self) -> str:
@@ -68,12 +61,8 @@ def lattice_files(
 ) -> tuple[LatticeFile, ...]:
     """Files of the printed lattice for ``[output] formats``, in their order.
 
-    Raises
-    ------
-    CaseError
-        With line and nearest spelling, for a format that nothing installed writes.
-    PluginError
-        The same, when a plugin that might have written it is disabled.
+    Raises `CaseError` with line and nearest spelling, for a format that nothing installed writes.
+    Raises `PluginError`: the same, when a plugin that might have written it is disabled.
     """
     files: list[LatticeFile] = []
     with locating(where, "output.formats"):

@@ -25,23 +25,12 @@ _CANCELLED = 1e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LoadRow:
-    """One load: its force and its moment about a point.
+    """One load: its force and its moment about a point."""
 
-    Attributes
-    ----------
-    source : str
-        The region, or ``acceleration``.
-    force : (3,) array, N
-    moment : (3,) array, N mm
-        About the point of the balance.
-    gross : float, N
-        Local forces: of a pressure, also where its resultant is zero.
-    """
-
-    source: str
-    force: FloatArray
-    moment: FloatArray
-    gross: float
+    source: str  #: The region, or ``acceleration``.
+    force: FloatArray  #: ``(3,)``, N.
+    moment: FloatArray  #: ``(3,)``, N mm. About the point of the balance.
+    gross: float  #: N. Local forces: of a pressure, also where its resultant is zero.
 
     def __post_init__(self) -> None:
         lock(self, force=(3,), moment=(3,))
@@ -49,27 +38,15 @@ class LoadRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LoadBalance:
-    """The loads of one load case and their sum.
-
-    Attributes
-    ----------
-    about : (3,) array, mm
-        Area centroid of the held regions.
-    force : (3,) array, N
-    moment : (3,) array, N mm
-    temperature_change : float, K
-        Uniform; it adds no force.
-    cancels : bool
-        Something acts, but neither a force nor a moment is left of it.
-    """
+    """The loads of one load case and their sum."""
 
     load_case: str
-    about: FloatArray
+    about: FloatArray  #: ``(3,)``, mm. Area centroid of the held regions.
     rows: tuple[LoadRow, ...]
-    force: FloatArray
-    moment: FloatArray
-    temperature_change: float
-    cancels: bool
+    force: FloatArray  #: ``(3,)``, N.
+    moment: FloatArray  #: ``(3,)``, N mm.
+    temperature_change: float  #: K. Uniform; it adds no force.
+    cancels: bool  #: Something acts, but neither a force nor a moment is left of it.
 
     def __post_init__(self) -> None:
         for name in ("about", "force", "moment"):

@@ -17,20 +17,10 @@ from gradedesign.geometry.part.reader import FileRequest, PartReader
 def part_readers(spec: PartSpec, memory: int, registry: Registry) -> dict[str, Reader]:
     """Functions that read part files by lower-case suffix; what they raise names their plugin.
 
-    Parameters
-    ----------
-    spec : PartSpec
-        Its file must be one of theirs.
-    memory : int, bytes
-        That voxels may take.
-
-    Raises
-    ------
-    CaseError
-        If no reader takes the part file: lists the suffixes that are read. On reading, if the
-        case states a chord tolerance for a format of triangles.
-    PluginError
-        The same, when a plugin that might have read it is disabled.
+    ``spec``: its file must be one of theirs. ``memory``, bytes: that voxels may take. Raises
+    `CaseError` if no reader takes the part file: lists the suffixes that are read. On reading, if
+    the case states a chord tolerance for a format of triangles. Raises `PluginError`: the same,
+    when a plugin that might have read it is disabled.
     """
     by_suffix = {
         suffix: _blamed(reader, registry.sources["readers"][reader.name], spec, memory)

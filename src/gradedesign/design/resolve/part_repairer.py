@@ -30,12 +30,8 @@ from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 def part_repairer(spec: PartSpec, budget: RunSpec, registry: Registry, where: Where) -> Mend | None:
     """Repairer of the surface of the part; None where gradedesign does.
 
-    Raises
-    ------
-    CaseError
-        For an unknown repairer or option.
-    PluginError
-        The same, when a plugin that might have supplied it is disabled.
+    Raises `CaseError` for an unknown repairer or option. Raises `PluginError`: the same, when a
+    plugin that might have supplied it is disabled.
     """
     name, options = spec.repair, spec.repair_options
     if name == REBUILD:
@@ -124,14 +120,8 @@ def rebuilt(
     Raises CaseError if the grid is as coarse as the part. Raises ResourceError if the grid takes
     more memory.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        With holes, doubled or turned triangles, or parts that pass through each other.
-    spacing : float, mm
-        Of the grid.
-    where : str
-        The key of the case, for messages.
+    ``surface``: with holes, doubled or turned triangles, or parts that pass through each other.
+    ``spacing``, mm: of the grid. ``where``: the key of the case, for messages.
     """
     lower, upper = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     if (upper - lower).max() < _LEAST_STEPS * spacing:

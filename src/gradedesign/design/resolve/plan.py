@@ -62,70 +62,39 @@ from gradedesign.mechanics.material.material import Material
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Plan:
-    """A case as far as it is known without a law, a mesh or an analysis.
-
-    Attributes
-    ----------
-    case : Case
-    tools : Tools
-    material : Material
-    process : StatedProcess or None
-        That prints it, where the case states it.
-    part : Part
-    domain : DesignDomain
-    cell : Cell
-    law : PlannedLaw
-        Not computed.
-    layout : CellLayout
-    directions : callable or None
-        Points ``(3, ...)`` mm to tensors ``(3, 3, ...)`` that cells follow once the part is meshed;
-        None where the case states none, or those of an analysis.
-    bounds : (float, float)
-        Densities that the user, the cell, the law and the printer have in common.
-    zones : ResolvedZones or None
-        Where cells or densities differ; the first of them is what stands here.
-    limits : tuple of StatedLimit
-    support_zones : tuple of SupportZone
-        In which stress is not judged.
-    balances : tuple of LoadBalance
-    symmetry : tuple of SymmetryPlane
-    warnings : tuple of str
-        Of reading, sizes and loads.
-    narrowed : tuple of str
-        Which window narrowed the user's.
-    """
+    """A case as far as it is known without a law, a mesh or an analysis."""
 
     case: Case
     tools: Tools
     material: Material
-    process: StatedProcess | None = None
+    process: StatedProcess | None = None  #: That prints it, where the case states it.
     part: Part
     domain: DesignDomain
     cell: Cell
-    law: PlannedLaw
+    law: PlannedLaw  #: Not computed.
     layout: CellLayout
+    #: Points ``(3, ...)`` mm to tensors ``(3, 3, ...)`` that cells follow once the part is meshed;
+    #: None where the case states none, or those of an analysis.
     directions: Field | None = None
+    #: Densities that the user, the cell, the law and the printer have in common.
     bounds: tuple[float, float]
+    #: Where cells or densities differ; the first of them is what stands here.
     zones: ResolvedZones | None = None
     limits: tuple[StatedLimit, ...]
-    support_zones: tuple[SupportZone, ...]
+    support_zones: tuple[SupportZone, ...]  #: In which stress is not judged.
     balances: tuple[LoadBalance, ...]
     symmetry: tuple[SymmetryPlane, ...]
-    warnings: tuple[str, ...]
-    narrowed: tuple[str, ...]
+    warnings: tuple[str, ...]  #: Of reading, sizes and loads.
+    narrowed: tuple[str, ...]  #: Which window narrowed the user's.
 
 
 def resolve_case(case: Case, registry: Registry) -> Plan:
     """Resolve names, read the part, find its regions, place the cells, intersect the windows.
 
     Everything that a case can be refused for without computing a law or meshing is refused here.
-
-    Raises
-    ------
-    CaseError, PartError, DensityError, LatticeError, PluginError
-        Whatever is wrong, with file, line and key.
-    ResourceError
-        If the part's mesh or the grid of densities cannot fit the memory of the case.
+    Raises `CaseError`, `PartError`, `DensityError`, `LatticeError`, `PluginError`: whatever is
+    wrong, with file, line and key. Raises `ResourceError` if the part's mesh or the grid of
+    densities cannot fit the memory of the case.
     """
     lattice, zones_of_lattice = weighted_zones(case.lattice)
     if zones_of_lattice:
@@ -151,9 +120,7 @@ def resolve_case(case: Case, registry: Registry) -> Plan:
 def require_printable(plan: Plan) -> None:
     """Refuse formats that cannot hold the lattice of a case which writes them.
 
-    Raises
-    ------
-    CaseError
+    Raises `CaseError`.
     """
     case, zones = plan.case, plan.zones
     if case.run.stop_after in ("solid", "sizing"):

@@ -30,31 +30,16 @@ _TABLE_MINUTES = (1.0, 2.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlannedLaw:
-    """The law that a run will use.
-
-    Attributes
-    ----------
-    window : (float, float)
-        Densities that it covers.
-    why : str
-        Why no registered law describes the cell; empty where one does.
-    voxels : int
-        Along the cell that it is computed on; 0 for a law that is known.
-    tabulated : bool
-        Known, or in the user's cache.
-    known : ScalingLaw or None
-        The law that needs no computing: registered, fitted to a registered one, or stated.
-    fitted : bool
-        Whether the run takes the power law fitted to the one that is computed.
-    """
+    """The law that a run will use."""
 
     name: str
-    window: tuple[float, float]
-    why: str = ""
-    voxels: int = 0
-    tabulated: bool = True
+    window: tuple[float, float]  #: Densities that it covers.
+    why: str = ""  #: Why no registered law describes the cell; empty where one does.
+    voxels: int = 0  #: Along the cell that it is computed on; 0 for a law that is known.
+    tabulated: bool = True  #: Known, or in the user's cache.
+    #: The law that needs no computing: registered, fitted to a registered one, or stated.
     known: ScalingLaw | None = None
-    fitted: bool = False
+    fitted: bool = False  #: Whether the run takes the power law fitted to the one that is computed.
 
     @property
     def kind(self) -> LawKind:
@@ -85,14 +70,9 @@ def planned_law(
 
     ``auto`` takes a registered law only for the family's default parameters in cells of equal
     edges, which are what laws describe; so does ``gibson-ashby``, of computed ones. A law that the
-    case names or states is taken as it is.
-
-    Raises
-    ------
-    CaseError
-        As `choose_law` and `stated_law`; if the case limits stress and the law has no strength.
-    DensityError
-        If the walls are too thin for any grid that a law is computed on; as `choose_law`.
+    case names or states is taken as it is. Raises `CaseError` as `choose_law` and `stated_law`; if
+    the case limits stress and the law has no strength. Raises `DensityError` if the walls are too
+    thin for any grid that a law is computed on; as `choose_law`.
     """
     law, edges = lattice.law, lattice.edges
     if isinstance(law, StatedLaw):
@@ -132,9 +112,7 @@ def require_strength(
 ) -> None:
     """Refuse a law of stiffness alone where stress is limited, or mapped to density.
 
-    Raises
-    ------
-    CaseError
+    Raises `CaseError`.
     """
     if has_strength(law):
         return
@@ -180,12 +158,8 @@ def stated_law(
 
     Raises CaseError if it is stiffer or stronger than the base material in proportion to density.
 
-    Parameters
-    ----------
-    density : (float, float)
-        Relative densities that the case allows; the law is checked where the cell has them.
-    poissons_ratio : float
-        Of the base material, which the lattice keeps.
+    ``density``: relative densities that the case allows; the law is checked where the cell has
+    them. ``poissons_ratio``: of the base material, which the lattice keeps.
 
     References
     ----------

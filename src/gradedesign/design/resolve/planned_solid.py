@@ -17,33 +17,18 @@ _ACROSS = 1.0 - 1e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlannedPart:
-    """A part that will hold lattice.
+    """A part that will hold lattice."""
 
-    Attributes
-    ----------
-    box : (float, float, float), mm
-        Edges of its box.
-    latticed, solid : float, mm^3
-        Volume that becomes lattice, and volume that stays solid.
-    inclined : float, mm^2
-        Projected area of the faces that lie across no axis: those across one lie on planes of the
-        grid and cut no element.
-    inner : float, mm^2
-        Projected area of the inner faces of its skin; 0 without one.
-    goals : int
-        Values of limits whose own error acceptance estimates.
-    modes : int
-        Lowest natural frequencies that analyses find.
-    """
-
-    box: tuple[float, float, float]
-    latticed: float
-    solid: float
+    box: tuple[float, float, float]  #: mm. Edges of its box.
+    latticed: float  #: mm^3. Volume that becomes lattice, and volume that stays solid.
+    solid: float  #: As `latticed`.
+    #: mm^2. Projected area of the faces that lie across no axis: those across one lie on planes of
+    #: the grid and cut no element.
     inclined: float
-    inner: float
+    inner: float  #: mm^2. Projected area of the inner faces of its skin; 0 without one.
     load_cases: int
-    goals: int = 0
-    modes: int = 0
+    goals: int = 0  #: Values of limits whose own error acceptance estimates.
+    modes: int = 0  #: Lowest natural frequencies that analyses find.
 
 
 def planned_part(
@@ -75,12 +60,7 @@ def planned_part(
 def planned_solid(part: PlannedPart, rho: float, lattice: CellSurface) -> PlannedSolid:
     """Volume and surface of a part at a mean density of its lattice.
 
-    Parameters
-    ----------
-    rho : float
-        Mean relative density.
-    lattice : CellSurface
-        Mean of the lattice.
+    ``rho``: mean relative density. ``lattice``: mean of the lattice.
     """
     volume = part.solid + part.latticed * rho
     share = 1.0 if part.inner else volume / (part.solid + part.latticed)

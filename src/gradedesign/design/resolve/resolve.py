@@ -78,12 +78,8 @@ def case_process(
 
     Raises CaseError if there is none of its name, or what is asked of it is not known of it.
 
-    Parameters
-    ----------
-    printer : PrintSpec or None
-        States the build direction.
-    judged : str or None
-        ``[limits] judged``; both bodies where it is not stated and an as-built one is known.
+    ``printer``: states the build direction. ``judged``: ``[limits] judged``; both bodies where it
+    is not stated and an as-built one is known.
     """
     if spec is None:
         return None
@@ -239,10 +235,7 @@ def planned_densities(
 ) -> tuple[PlannedLaw, tuple[float, float], list[str]]:
     """The law that a cell will have, its densities, and what narrowed the user's.
 
-    Raises
-    ------
-    CaseError, DensityError
-        As `density_bounds` and `planned_law`.
+    Raises `CaseError`, `DensityError` as `density_bounds` and `planned_law`.
     """
     # The window of the cell itself is tested before a law is looked for.
     density_bounds(lattice, printer, cell, None, least_size, where)

@@ -46,14 +46,9 @@ def resolve_law(
     ``on_event`` hears of it first, since that takes a minute. ``gibson-ashby`` is fitted to the
     computed one. A law that the case names is taken as it is, with a warning where parameters or
     edges are not those it describes; so is any registered law for a material of another Poisson's
-    ratio. A law that the case states describes its cell, whatever that is.
-
-    Raises
-    ------
-    CaseError
-        As `planned_law`.
-    DensityError, LatticeError, SolverError
-        As `computed_law` and `gibson_ashby`.
+    ratio. A law that the case states describes its cell, whatever that is. Raises `CaseError` as
+    `planned_law`. Raises `DensityError`, `LatticeError`, `SolverError` as `computed_law` and
+    `gibson_ashby`.
     """
     edges = lattice.edges
     plan = planned_law(lattice, limits, registry, cell, where, poissons_ratio=poissons_ratio)

@@ -34,36 +34,19 @@ from gradedesign.mechanics.material.material import Material
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CaseShown:
-    """A case as it is shown.
-
-    Attributes
-    ----------
-    part : Part
-    load_cases : sequence of LoadCaseSpec
-    balances : sequence of LoadBalance
-        Resultants of these load cases; empty where they are not known.
-    material : Material or None
-    domain : DesignDomain or None
-        The part with what stays solid in it.
-    support_zones : sequence of SupportZone
-        In which stress is not judged.
-    cell_map : callable or None
-        Points ``(3, n)`` mm to cell coordinates; None where they follow from a run.
-    cells : str
-        The cells in words; empty where there are none, but solid and void.
-    mistake : GradeDesignError or None
-        Why the case cannot run.
-    """
+    """A case as it is shown."""
 
     part: Part
     load_cases: Sequence[LoadCaseSpec] = ()
+    #: Resultants of these load cases; empty where they are not known.
     balances: Sequence[LoadBalance] = ()
     material: Material | None = None
-    domain: DesignDomain | None = None
-    support_zones: Sequence[SupportZone] = ()
+    domain: DesignDomain | None = None  #: The part with what stays solid in it.
+    support_zones: Sequence[SupportZone] = ()  #: In which stress is not judged.
+    #: Points ``(3, n)`` mm to cell coordinates; None where they follow from a run.
     cell_map: Field | None = None
-    cells: str = ""
-    mistake: GradeDesignError | None = None
+    cells: str = ""  #: The cells in words; empty where there are none, but solid and void.
+    mistake: GradeDesignError | None = None  #: Why the case cannot run.
 
 
 def shown_plan(plan: Plan, cell_map: Field | None = None) -> CaseShown:
@@ -134,12 +117,8 @@ def part_alone(
 ) -> tuple[PartSpec, Part] | None:
     """The part of a case that cannot be read, with those of its regions that can; None without one.
 
-    Parameters
-    ----------
-    data : mapping
-        The case file as TOML has it.
-    context : mapping
-        Of its validation: the case's folder, and whether files may lie outside.
+    ``data``: the case file as TOML has it. ``context``: of its validation: the case's folder, and
+    whether files may lie outside.
     """
     try:
         spec = PartSpec.model_validate(data.get("part"), context=dict(context))

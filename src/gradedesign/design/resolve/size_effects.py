@@ -46,12 +46,7 @@ def why_periodic(
 ) -> str:
     """Reason why sizing takes the lattice for a periodic one everywhere; empty where it need not.
 
-    Parameters
-    ----------
-    law_kind : str
-        Of the `ScalingLaw`.
-    low : float
-        Least relative density that sizing may choose.
+    ``law_kind``: of the `ScalingLaw`. ``low``: least relative density that sizing may choose.
     """
     lattice = case.lattice
     heated = [load.name for load in case.load_case if load.temperature_change]
@@ -113,12 +108,8 @@ def with_size_effects(model: DesignModel, on_event: Listener = ignore) -> Design
     Beside walls, cells are as full as passive regions leave them: a sleeve in the void of a cell
     leaves its struts whole, in less room.
 
-    Parameters
-    ----------
-    model : DesignModel
-        With its cells laid out for good.
-    on_event : callable, optional
-        Receives the warnings, and the walls that are not in the user's cache.
+    ``model``: with its cells laid out for good. ``on_event``: receives the warnings, and the walls
+    that are not in the user's cache.
     """
     plan, cells, homogenised = model.plan, model.cells, model.homogenised
     case, part, domain, layout = plan.case, plan.part, plan.domain, cells.layout

@@ -41,31 +41,17 @@ def solve_solid(part: HomogenisedModel) -> tuple[Solution, ...]:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SolidAnalysis:
-    """Analysis of the fully solid part, as limits read it.
+    """Analysis of the fully solid part, as limits read it."""
 
-    Attributes
-    ----------
-    displacement : dict of load case to (3, N) array, mm
-    nodes : dict of region to (k,) int array
-    shares : dict of region to (k,) array
-        Share of the region's area that each node stands for.
-    measures : dict of load case to tuple of SolidStress
-    work : dict of load case to float, N mm
-    mode_values : dict of LimitKey to float
-    judged_share : float
-        Share of the part's volume whose stress is judged.
-    yields : Yielding or None
-        Stress above the yield strength that no support disturbs.
-    """
-
-    displacement: dict[str, FloatArray]
-    nodes: dict[str, IntArray]
+    displacement: dict[str, FloatArray]  #: By load case, each ``(3, N)``, mm.
+    nodes: dict[str, IntArray]  #: By region, each ``(k,)``.
+    #: By region, each ``(k,)``. Share of the region's area that each node stands for.
     shares: dict[str, FloatArray]
-    measures: dict[str, tuple[SolidStress, ...]]
-    work: dict[str, float]
-    mode_values: dict[Hashable, float]
-    judged_share: float
-    yields: Yielding | None
+    measures: dict[str, tuple[SolidStress, ...]]  #: By load case.
+    work: dict[str, float]  #: Dict of load case to float, N mm.
+    mode_values: dict[Hashable, float]  #: By LimitKey.
+    judged_share: float  #: Share of the part's volume whose stress is judged.
+    yields: Yielding | None  #: Stress above the yield strength that no support disturbs.
 
     def region_displacement(self, region: str, load_case: str) -> FloatArray:
         """Displacements of the nodes of a region, ``(3, k)``, mm."""

@@ -34,18 +34,10 @@ _OF_VOLUME = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SolidStress:
-    """Stress measure of the fully solid part, MPa.
+    """Stress measure of the fully solid part, MPa."""
 
-    Attributes
-    ----------
-    value : float
-        Volume percentile that is judged.
-    maximum : float
-        Largest value where stress is judged.
-    """
-
-    value: float
-    maximum: float
+    value: float  #: Volume percentile that is judged.
+    maximum: float  #: Largest value where stress is judged.
     band: Banded
     phase: str = "solid part"
 

@@ -147,12 +147,8 @@ def placed_cells(
     Raises DensityError if the weight leaves 0 to 1 inside the part. Raises LatticeError if the
     transition falls apart.
 
-    Parameters
-    ----------
-    cell_map : callable
-        Points ``(3, ...)`` mm to ``(3, ...)`` cell coordinates.
-    density : DensityGrid or float
-        A transition must be connected at its least value; a parameter may follow it.
+    ``cell_map``: points ``(3, ...)`` mm to ``(3, ...)`` cell coordinates. ``density``: a transition
+    must be connected at its least value; a parameter may follow it.
     """
     spec, measures = case.lattice, dict[str, Any]()
     if spec.parameter_map is not None:

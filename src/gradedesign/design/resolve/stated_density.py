@@ -34,14 +34,8 @@ def stated_density(
 
     Raises DensityError if a density is not allowed. Raises CaseError if a file cannot be used.
 
-    Parameters
-    ----------
-    source : callable, optional
-        Takes the place of the case's density.
-    window : (float, float)
-        Densities the cell, and the printer, allow.
-    level_of : callable
-        Of the cell; refuses a density it does not have.
+    ``source``: takes the place of the case's density. ``window``: densities the cell, and the
+    printer, allow. ``level_of``: of the cell; refuses a density it does not have.
     """
     spec = case.lattice
     low, high = spec.stated_range or window

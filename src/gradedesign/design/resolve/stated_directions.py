@@ -27,12 +27,7 @@ def stated_directions(
     states none, or those of an analysis. Raises CaseError or PluginError if a file cannot be used,
     or nothing installed reads it.
 
-    Parameters
-    ----------
-    distance : callable
-        Signed distance of the part.
-    memory : int, bytes
-        That a file may take.
+    ``distance``: signed distance of the part. ``memory``, bytes: that a file may take.
     """
     if spec is None:
         return None

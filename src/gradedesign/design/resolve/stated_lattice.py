@@ -47,39 +47,20 @@ from gradedesign.mechanics.material.material import Material
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StatedLattice:
-    """A lattice as a case states it, before its surface is made.
-
-    Attributes
-    ----------
-    cells : Cells
-        Before they are placed.
-    wall : float, mm
-        Thinnest wall or strut at the least density.
-    material : Material or None
-        None where the case names none.
-    process : StatedProcess or None
-        That prints it, where the case states it.
-    formats : tuple of LatticeFile
-        Files of the lattice that the case asks for.
-    cell_map : mapping
-        Report on the map of the cells.
-    transition : mapping
-        Measures of a transition, or of a parameter that changes; else empty.
-    warnings : tuple of str
-        On the case, its part and its lattice.
-    """
+    """A lattice as a case states it, before its surface is made."""
 
     case: Case
     part: Part
-    cells: Cells
+    cells: Cells  #: Before they are placed.
     design: LatticeDesign
-    wall: float
-    material: Material | None
-    process: StatedProcess | None
-    formats: tuple[LatticeFile, ...]
-    cell_map: Mapping[str, Any]
+    wall: float  #: mm. Thinnest wall or strut at the least density.
+    material: Material | None  #: None where the case names none.
+    process: StatedProcess | None  #: That prints it, where the case states it.
+    formats: tuple[LatticeFile, ...]  #: Files of the lattice that the case asks for.
+    cell_map: Mapping[str, Any]  #: Report on the map of the cells.
+    #: Measures of a transition, or of a parameter that changes; else empty.
     transition: Mapping[str, Any]
-    warnings: tuple[str, ...]
+    warnings: tuple[str, ...]  #: On the case, its part and its lattice.
 
 
 def stated_lattice(
@@ -87,15 +68,9 @@ def stated_lattice(
 ) -> StatedLattice:
     """The lattice as the case states it; everything that it is refused for is refused here.
 
-    Parameters
-    ----------
-    source : callable, optional
-        Points ``(3, n)`` mm to relative density ``(n,)``, in place of the case's density.
-
-    Raises
-    ------
-    CaseError, DensityError, LatticeError, PluginError, ResourceError
-        Whatever is wrong, with file, line and key.
+    ``source``: points ``(3, n)`` mm to relative density ``(n,)``, in place of the case's density.
+    Raises `CaseError`, `DensityError`, `LatticeError`, `PluginError`, `ResourceError`: whatever is
+    wrong, with file, line and key.
     """
     formats = lattice_files(case.output.formats, registry, case.where)
     material = None

@@ -46,13 +46,7 @@ def with_stressed_skins(
 
     Raises CaseError if the solid part carries no stress.
 
-    Parameters
-    ----------
-    kinds : mapping of name to ComponentKind
-    space : TetSpace
-        Of the part.
-    on_event : callable, optional
-        Hears of the thickness.
+    ``kinds``: by name. ``space``: of the part. ``on_event``: hears of the thickness.
     """
     case, part = plan.case, plan.part
     if not any(spec.follows for spec in case.lattice.skin):

@@ -34,21 +34,11 @@ ASKEW = 0.01
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SymmetryPlane:
-    """A plane on which the part is mirrored.
+    """A plane on which the part is mirrored."""
 
-    Attributes
-    ----------
-    region : str
-        That is held there.
-    axis : int
-        0, 1 or 2: its normal.
-    at : float, mm
-        Its place along that axis.
-    """
-
-    region: str
-    axis: int
-    at: float
+    region: str  #: That is held there.
+    axis: int  #: 0, 1 or 2: its normal.
+    at: float  #: mm. Its place along that axis.
 
     @property
     def words(self) -> str:
@@ -77,11 +67,8 @@ def with_symmetry(
 ) -> tuple[LoadCaseSpec, ...]:
     """Load cases with their planes of symmetry held in their normals.
 
-    Raises
-    ------
-    CaseError
-        As `symmetry_planes`; if a plane is not held so in every load case, if two are parallel, or
-        if what acts has no mirror image.
+    Raises `CaseError` as `symmetry_planes`; if a plane is not held so in every load case, if two
+    are parallel, or if what acts has no mirror image.
     """
     planes = symmetry_planes(load_cases, part, where)
     _require_one_part(load_cases, part, planes, where)

@@ -24,35 +24,22 @@ from gradedesign.mechanics.solver.linear_solver import (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tools:
-    """Records of the registry that a case names; what solver and analysis raise names their plugin.
+    """Records that a case names; what solver and analysis raise names their plugin."""
 
-    Attributes
-    ----------
-    mesher, surface_mesher : Mesher
-        Of the part, and of the acceptance.
-    analysis : ExplicitAnalysis
-        That the case names; of a design model, with the resolution that its memory allows.
-    files : tuple of LatticeFile
-        Of the printed lattice.
-    """
-
-    mesher: Mesher
-    surface_mesher: Mesher
+    mesher: Mesher  #: Of the part, and of the acceptance.
+    surface_mesher: Mesher  #: Of the part, and of the acceptance.
     solver: LinearSolver
+    #: That the case names; of a design model, with the resolution that its memory allows.
     analysis: ExplicitAnalysis
-    files: tuple[LatticeFile, ...]
+    files: tuple[LatticeFile, ...]  #: Of the printed lattice.
 
 
 def stated_tools(case: Case, registry: Registry) -> Tools:
     """Meshers, solver, analysis and formats of a case.
 
-    Raises
-    ------
-    CaseError
-        With line and nearest spelling, if nothing installed supplies one; if the analysis does not
-        take the case.
-    PluginError
-        The same, when a plugin that might have supplied it is disabled.
+    Raises `CaseError` with line and nearest spelling, if nothing installed supplies one; if the
+    analysis does not take the case. Raises `PluginError`: the same, when a plugin that might have
+    supplied it is disabled.
     """
     files = lattice_files(case.output.formats, registry, case.where)
     return Tools(

@@ -25,12 +25,7 @@ LEAST_SHARE = 0.38
 def wall_grading(model: DesignModel, grid: DensityGrid, spacing: float) -> Field | None:
     """Allowed element size of an explicit analysis at a place, over that at the thinnest wall.
 
-    Parameters
-    ----------
-    grid : DensityGrid
-        Of the design.
-    spacing : float, mm
-        That the thinnest wall or layer asks for.
+    ``grid``: of the design. ``spacing``, mm: that the thinnest wall or layer asks for.
 
     Returns
     -------

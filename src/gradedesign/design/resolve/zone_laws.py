@@ -28,18 +28,10 @@ POOR_MIX = 0.6
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ZoneLaws:
-    """Laws of the different cells of a case, and densities of its zones.
-
-    Attributes
-    ----------
-    laws : tuple of ScalingLaw
-    bounds : tuple of (float, float)
-        Of every zone.
-    warnings : tuple of str
-    """
+    """Laws of the different cells of a case, and densities of its zones."""
 
     laws: tuple[ScalingLaw, ...]
-    bounds: tuple[tuple[float, float], ...]
+    bounds: tuple[tuple[float, float], ...]  #: Of every zone.
     warnings: tuple[str, ...]
 
 
@@ -48,12 +40,8 @@ def zone_laws(
 ) -> ZoneLaws | None:
     """Laws of the zones; None for a case without zones.
 
-    ``first`` is the law of what lies in no zone.
-
-    Raises
-    ------
-    CaseError, DensityError, LatticeError, SolverError
-        As `resolve_law`.
+    ``first`` is the law of what lies in no zone. Raises `CaseError`, `DensityError`,
+    `LatticeError`, `SolverError` as `resolve_law`.
     """
     case = plan.case
     zones = plan.zones

@@ -29,23 +29,11 @@ from gradedesign.mechanics.material.scaling_law import has_strength
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ResolvedZone:
-    """One zone of a case: its cell, law and densities.
-
-    Attributes
-    ----------
-    name : str
-    lattice : LatticeSpec
-        ``[lattice]`` with what the zone states in its place.
-    where : Where
-        Where the keys of `lattice` stand.
-    cell : Cell
-    law : PlannedLaw
-    bounds : (float, float)
-    """
+    """One zone of a case: its cell, law and densities."""
 
     name: str
-    lattice: LatticeSpec
-    where: Where
+    lattice: LatticeSpec  #: ``[lattice]`` with what the zone states in its place.
+    where: Where  #: Where the keys of `lattice` stand.
     cell: Cell
     law: PlannedLaw
     bounds: tuple[float, float]
@@ -53,27 +41,13 @@ class ResolvedZone:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ResolvedZones:
-    """The zones of a case, their weights, and how their cells join.
+    """The zones of a case, their weights, and how their cells join."""
 
-    Attributes
-    ----------
-    zones : tuple of ResolvedZone
-        The first is what lies in no other.
-    weights : callable
-        Points ``(3, ...)`` mm to ``(Z, ...)``.
-    volume_share : tuple of float
-        Of every zone in the lattice.
-    cells : Cells
-        Different ones, with their weights.
-    narrowed : tuple of str
-        Which windows narrowed the user's.
-    """
-
-    zones: tuple[ResolvedZone, ...]
-    weights: Field
-    volume_share: tuple[float, ...]
-    cells: Cells
-    narrowed: tuple[str, ...]
+    zones: tuple[ResolvedZone, ...]  #: The first is what lies in no other.
+    weights: Field  #: Points ``(3, ...)`` mm to ``(Z, ...)``.
+    volume_share: tuple[float, ...]  #: Of every zone in the lattice.
+    cells: Cells  #: Different ones, with their weights.
+    narrowed: tuple[str, ...]  #: Which windows narrowed the user's.
 
     def number_of(self, zone: ResolvedZone) -> int:
         """Number of a zone's cell."""
@@ -110,20 +84,10 @@ def resolve_zones(
 ) -> ResolvedZones | None:
     """Zones of a case; None where it has none.
 
-    Parameters
-    ----------
-    first : ResolvedZone
-        The lattice outside every zone.
-    stated : sequence of Zones
-        Of its domain: one, or none.
-    poissons_ratio : float
-        Of the base material.
-
-    Raises
-    ------
-    CaseError, DensityError, LatticeError, PluginError
-        As for the cells of ``[lattice]``; if a zone is empty, three of them mix somewhere, or two
-        cells do not join.
+    ``first``: the lattice outside every zone. ``stated``: of its domain: one, or none.
+    ``poissons_ratio``: of the base material. Raises `CaseError`, `DensityError`, `LatticeError`,
+    `PluginError` as for the cells of ``[lattice]``; if a zone is empty, three of them mix
+    somewhere, or two cells do not join.
     """
     if not stated:
         return None
@@ -218,7 +182,6 @@ def _joined(
 
     Parameters
     ----------
-    length : float
     zones : sequence of Z ResolvedZone
     members : tuple of n Cell
         Different ones.

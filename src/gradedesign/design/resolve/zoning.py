@@ -21,47 +21,26 @@ from gradedesign.mechanics.material.scaling_law import ScalingLaw
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Zone:
-    """Cell, law and bounds of one zone.
-
-    Attributes
-    ----------
-    cell : int
-        Number of its cell.
-    bounds : (float, float)
-        Intersection of the density windows of user, cell, law and printer.
-    elements_per_wall : float
-        Elements of the explicit analysis across the thinnest wall.
-    """
+    """Cell, law and bounds of one zone."""
 
     name: str
-    cell: int
+    cell: int  #: Number of its cell.
+    #: Intersection of the density windows of user, cell, law and printer.
     bounds: tuple[float, float]
-    elements_per_wall: float
+    elements_per_wall: float  #: Elements of the explicit analysis across the thinnest wall.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Zoning:
-    """Zones with their weights; the first is the lattice outside every zone.
-
-    Attributes
-    ----------
-    cells : Cells
-        Different ones, that of the first zone first.
-    laws : tuple of ScalingLaw
-        Of the cells.
-    weights : callable
-        Points ``(3, ...)`` mm to weights of the zones ``(Z, ...)``, together 1.
-    factors : mapping of (int, int) to MixFactors
-        Of the cells that meet.
-    windows : ((M,) array, (M,) array) or None
-        Density bounds of every tetrahedron; None where they are the same everywhere.
-    """
+    """Zones with their weights; the first is the lattice outside every zone."""
 
     zones: tuple[Zone, ...]
-    cells: Cells
-    laws: tuple[ScalingLaw, ...]
-    weights: Field
-    factors: Mapping[tuple[int, int], MixFactors]
+    cells: Cells  #: Different ones, that of the first zone first.
+    laws: tuple[ScalingLaw, ...]  #: Of the cells.
+    weights: Field  #: Points ``(3, ...)`` mm to weights of the zones ``(Z, ...)``, together 1.
+    factors: Mapping[tuple[int, int], MixFactors]  #: Of the cells that meet.
+    #: ((M,) array, (M,) array) or None. Density bounds of every tetrahedron; None where they are
+    #: the same everywhere.
     windows: tuple[FloatArray, FloatArray] | None = None
 
     def __post_init__(self) -> None:
@@ -117,9 +96,7 @@ def require_windows(
 ) -> None:
     """Refuse places where no density is allowed.
 
-    Raises
-    ------
-    DensityError
+    Raises `DensityError`.
     """
     low, high = windows
     empty = low > high
@@ -157,14 +134,8 @@ def thinnest_feature(
 ) -> tuple[float, float]:
     """Thinnest wall or strut of a design, and the same over its elements, both mm.
 
-    Parameters
-    ----------
-    points : (3, m) array, mm
-        That fill the lattice.
-    density : (m,) array
-        There.
-    size : float, mm
-        Shortest extent of a cell.
+    ``points (3, m)``, mm: that fill the lattice. ``density (m,)``: there. ``size``, mm: shortest
+    extent of a cell.
 
     Returns
     -------

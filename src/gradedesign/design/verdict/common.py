@@ -178,9 +178,7 @@ def zone_measures(
     By the densities that sizing found, which the printed file follows. Where two zones pass into
     each other, each has its weight.
 
-    Parameters
-    ----------
-    rho : (M,) array
+    ``rho (M,)``.
     """
     if zoning is None:
         return {}

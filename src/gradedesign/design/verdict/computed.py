@@ -20,21 +20,11 @@ from gradedesign.mechanics.sizing.members import MemberField
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Computed:
-    """Designs of a run.
+    """Designs of a run."""
 
-    Attributes
-    ----------
-    rho : (M,) array or None
-        Design that no analysis has judged.
-    members : MemberField or None
-        Of its solid members.
-    shown : Shown or None
-        The analysed design that pictures and files show.
-    """
-
-    rho: FloatArray | None = None
-    members: MemberField | None = None
-    shown: Shown | None = None
+    rho: FloatArray | None = None  #: ``(M,)``. Design that no analysis has judged.
+    members: MemberField | None = None  #: Of its solid members.
+    shown: Shown | None = None  #: The analysed design that pictures and files show.
     iterations: Sequence[DesignIteration] = ()
 
     @property

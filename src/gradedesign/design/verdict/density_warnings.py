@@ -21,18 +21,10 @@ _TOLD = 0.2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BesideCells:
-    """Volumes that no density states, over that of the part.
+    """Volumes that no density states, over that of the part."""
 
-    Attributes
-    ----------
-    loose : float
-        Of disconnected components that were left out.
-    joints : float
-        That joints and net-skins add.
-    """
-
-    loose: float
-    joints: float
+    loose: float  #: Of disconnected components that were left out.
+    joints: float  #: That joints and net-skins add.
 
 
 def density_warnings(

@@ -23,42 +23,20 @@ from gradedesign.mechanics.sizing.members import MemberField
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Shown:
-    """The design that pictures and files show: the judged one, or the best that was found.
+    """The design that pictures and files show: the judged one, or the best that was found."""
 
-    Attributes
-    ----------
-    rho : (M,) array
-        Density of every tetrahedron of the part.
-    members : MemberField or None
-        Of its solid members.
-    surface : SurfaceMesh
-        As exported.
-    fields : SurfaceFields
-        Of the explicit analysis in the load case that governs.
-    printed : PrintedBody
-        Measures of the exported surface.
-    printability : Printability or None
-        How it is made, where the case has ``[print]``.
-    rows : tuple of LimitRow
-        Limits by the explicit analysis, with bands; empty where acceptance judged the design.
-    remeshed : ExplicitResult or None
-        Its acceptance, where its whole surface was meshed.
-    built : AsBuiltBody or None
-        What the process of the case builds of that surface.
-    spreads : tuple of Spread
-        Limits over random as-built bodies, where the case asks for them.
-    """
-
-    rho: FloatArray
+    rho: FloatArray  #: ``(M,)``. Density of every tetrahedron of the part.
     analysed: Analysed
-    surface: SurfaceMesh
-    fields: SurfaceFields
-    printed: PrintedBody
-    printability: Printability | None
+    surface: SurfaceMesh  #: As exported.
+    fields: SurfaceFields  #: Of the explicit analysis in the load case that governs.
+    printed: PrintedBody  #: Measures of the exported surface.
+    printability: Printability | None  #: How it is made, where the case has ``[print]``.
+    #: Limits by the explicit analysis, with bands; empty where acceptance judged the design.
     rows: tuple[LimitRow, ...] = ()
-    remeshed: ExplicitResult | None = None
-    members: MemberField | None = None
-    built: AsBuiltBody | None = None
+    remeshed: ExplicitResult | None = None  #: Its acceptance, where its whole surface was meshed.
+    members: MemberField | None = None  #: Of its solid members.
+    built: AsBuiltBody | None = None  #: What the process of the case builds of that surface.
+    #: Limits over random as-built bodies, where the case asks for them.
     spreads: tuple[Spread, ...] = ()
 
 

@@ -16,32 +16,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StressNumber:
-    """A stress and what it is.
+    """A stress and what it is."""
 
-    Attributes
-    ----------
-    stress : float, MPa
-    """
-
-    stress: float
+    stress: float  #: MPa.
     words: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PhaseStress:
-    """Stress numbers of one phase in one load case.
-
-    Attributes
-    ----------
-    numbers : tuple of StressNumber
-        That of the limit first, where the load case governs one.
-    note : str
-        Share of the volume above the limit; empty where none is stated.
-    """
+    """Stress numbers of one phase in one load case."""
 
     title: str
-    numbers: tuple[StressNumber, ...]
-    note: str = ""
+    numbers: tuple[StressNumber, ...]  #: That of the limit first, where the load case governs one.
+    note: str = ""  #: Share of the volume above the limit; empty where none is stated.
 
 
 def stress_numbers(result: RunResult) -> tuple[PhaseStress, ...]:

@@ -49,21 +49,13 @@ _SAMPLES = 48**3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Blend:
-    """Weighted means of two cells, ordered by density.
+    """Weighted means of two cells, ordered by density."""
 
-    Attributes
-    ----------
-    ends : (callable, callable)
-        Values of either cell on the common scale, from coordinates ``(3, n)`` of the first.
-    sheets : bool
-        Whether both are sheets whose sides are told, so that the mean is a sheet too.
-    values : (k, m) array
-        The mean at k weights and m densities, both evenly spread from 0 to 1; non-decreasing
-        along m.
-    """
-
+    #: Values of either cell on the common scale, from coordinates ``(3, n)`` of the first.
     ends: tuple[Field, Field]
-    sheets: bool
+    sheets: bool  #: Whether both are sheets whose sides are told, so that the mean is a sheet too.
+    #: ``(k, m)``. The mean at k weights and m densities, both evenly spread from 0 to 1;
+    #: non-decreasing along m.
     values: FloatArray
 
     def __post_init__(self) -> None:

@@ -36,29 +36,21 @@ _OFF = np.array([0.137, 0.271, 0.419])
 
 
 class CellSurface(NamedTuple):
-    """Of a lattice, for every volume that it fills.
+    """Of a lattice, for every volume that it fills."""
 
-    Attributes
-    ----------
-    projections : (...) array, 1/mm
-        Area of the surface projected along each of three axes, together: the integral of
-        ``|n_x| + |n_y| + |n_z|``.
-    curvature : (...) array, 1/mm^2
-        Integral of mean curvature over the surface, positive where the solid is convex.
-    """
-
+    #: ``(...)``, 1/mm. Area of the surface projected along each of three axes, together: the
+    #: integral of ``|n_x| + |n_y| + |n_z|``.
     projections: FloatArray
+    #: ``(...)``, 1/mm^2. Integral of mean curvature over the surface, positive where the solid is
+    #: convex.
     curvature: FloatArray
 
 
 def cell_surface(cell: Cell, rho: FloatArray | float, cell_size: float) -> CellSurface:
     """Surface of a cell's solid and its mean curvature per volume of the cell.
 
-    Parameters
-    ----------
-    rho : (...) array
-        Relative density; beyond the cell's window, what is at its end.
-    cell_size : float, mm
+    ``rho (...)``: relative density; beyond the cell's window, what is at its end. ``cell_size``,
+    mm.
     """
     projections, curvature = _tables(cell)
     density = np.clip(np.asarray(rho, dtype=np.float64), *cell.window)

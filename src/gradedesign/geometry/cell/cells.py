@@ -31,34 +31,23 @@ _UNMOVED: Shift = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Cells:
-    """One shape function of all cells of a lattice, and the weight of each from place to place.
-
-    Attributes
-    ----------
-    window : (float, float)
-        Densities for which they can be built.
-    exist : str
-        Subject of the sentence that refuses other densities; not used for a single cell.
-    shifts : tuple of n (float, float, float), cells
-        By which every member is moved; none of them where it is empty.
-    blends : mapping of (int, int) to Blend
-        Of the pairs of members that meet, the lower number first.
-    usual : tuple of n float
-        Weights where none are given; the first member alone where it is empty.
-    weights : callable, optional
-        Points ``(3, ...)`` mm to weights ``(n, ...)``, each from 0 to 1, together 1.
-    excess : callable, optional
-        Cell coordinates ``(3, ...)`` to what the level is more than `level_of` says, where weights
-        change within a cell.
-    """
+    """One shape function of all cells of a lattice, and the weight of each from place to place."""
 
     members: tuple[Cell, ...]
-    window: tuple[float, float]
+    window: tuple[float, float]  #: Densities for which they can be built.
+    #: Subject of the sentence that refuses other densities; not used for a single cell.
     exist: str = ""
+    #: Tuple of n (float, float, float), cells. By which every member is moved; none of them where
+    #: it is empty.
     shifts: tuple[Shift, ...] = ()
+    #: Of the pairs of members that meet, the lower number first.
     blends: Mapping[tuple[int, int], Blend] = field(default_factory=dict)
+    #: Tuple of n float. Weights where none are given; the first member alone where it is empty.
     usual: tuple[float, ...] = ()
+    #: Points ``(3, ...)`` mm to weights ``(n, ...)``, each from 0 to 1, together 1.
     weights: Field | None = None
+    #: Cell coordinates ``(3, ...)`` to what the level is more than `level_of` says, where weights
+    #: change within a cell.
     excess: Field | None = None
 
     def __post_init__(self) -> None:
@@ -89,11 +78,8 @@ class Cells:
 
         Returns (...) array.
 
-        Parameters
-        ----------
-        u : (3 + n, ...) or (3, ...) array
-            Cell coordinates, and weights of the n members that sum up to 1. Where three have a
-            weight, the two largest count.
+        ``u (3 + n, ...) or (3, ...)``: cell coordinates, and weights of the n members that sum up
+        to 1. Where three have a weight, the two largest count.
 
         Notes
         -----
@@ -192,14 +178,7 @@ def cell_increments(
     Raises CaseError if the family has no such parameter, or there is nothing between the ends.
     Raises DensityError if the increments have no density in common.
 
-    Parameters
-    ----------
-    parameters : mapping of str to float or None
-        The others.
-    ends : (float, float)
-        First and last value.
-    count : int
-        Increments, 2 at least.
+    ``parameters``: the others. ``ends``: first and last value. ``count``: increments, 2 at least.
     """
     if parameter not in family.parameters:
         names = ", ".join(sorted(family.parameters)) or "none"
@@ -240,16 +219,8 @@ def row_weights(share: FloatArray, count: int) -> FloatArray:
 def largest_two(weights: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
     """Numbers of the two largest weights at every point, and the share of the second.
 
-    Parameters
-    ----------
-    weights : (n, m) array
-
-    Returns
-    -------
-    first, second : (m,) arrays
-        The lower number first; the same twice where one cell is alone.
-    share : (m,) array
-        Of the second, 0 to 1.
+    ``weights (n, m)``. Returns ``first``, ``second``, each (m,): the lower number first; the same
+    twice where one cell is alone; ``share (m,)``: of the second, 0 to 1.
     """
     order = np.argsort(-weights, axis=0, kind="stable")
     every = np.arange(weights.shape[1])

@@ -54,10 +54,6 @@ def make_cell(
     Raises CaseError for an option that the maker does not have or that is missing, a file where it
     takes none or another kind, and whatever the maker refuses. Raises PluginError if the maker
     breaks, or returns anything but the cell.
-
-    Parameters
-    ----------
-    options : mapping of str to plain data
     """
     for key in options:
         if key not in maker.options:

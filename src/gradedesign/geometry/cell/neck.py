@@ -29,32 +29,18 @@ _SHIFTS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Neck:
-    """A transition measured on a bar of cells, periodic across.
+    """A transition measured on a bar of cells, periodic across."""
 
-    Attributes
-    ----------
-    components : int
-        Connected components of the solid, without fragments and without what only the ends cut off.
-    floating : float
-        Share of the solid in components that touch no end.
-    width : float, cells
-        Diameter of the largest ball that passes from one pure end to the other inside the solid;
-        0 where the ends are not joined.
-    first_width, second_width : float, cells
-        The same of the pure families.
-    area : float
-        Smallest area of solid in a plane across the bar, over the specified density.
-    place : float, cells
-        Where that plane lies, from the begin of the transition.
-    """
-
+    #: Connected components of the solid, without fragments and without what only the ends cut off.
     components: int
-    floating: float
+    floating: float  #: Share of the solid in components that touch no end.
+    #: cells. Diameter of the largest ball that passes from one pure end to the other inside the
+    #: solid; 0 where the ends are not joined.
     width: float
-    first_width: float
-    second_width: float
-    area: float
-    place: float
+    first_width: float  #: cells. The same of the pure families.
+    second_width: float  #: cells. The same of the pure families.
+    area: float  #: Smallest area of solid in a plane across the bar, over the specified density.
+    place: float  #: cells. Where that plane lies, from the begin of the transition.
 
 
 def measure_neck(

@@ -21,22 +21,14 @@ _FLOATING_SHARE = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Percolation:
-    """Levels between which solid and void percolate, and where the last neck closes.
+    """Levels between which solid and void percolate, and where the last neck closes."""
 
-    Attributes
-    ----------
-    floor, ceiling : float
-        Levels of the shape function; ``floor`` may be minus infinity.
-    neck : (float, float, float)
-        Point, in periods, at which the solid connects in all three directions as the level rises.
-    last_neck : (float, float, float)
-        The same where it becomes one piece, apart from a share of `_FLOATING_SHARE`: in a random
-        cell, large parts join the solid long after it connects.
-    """
-
-    floor: float
-    ceiling: float
+    floor: float  #: Levels of the shape function; ``floor`` may be minus infinity.
+    ceiling: float  #: As `floor`.
+    #: Point, in periods, at which the solid connects in all three directions as the level rises.
     neck: tuple[float, float, float]
+    #: The same where it becomes one piece, apart from a share of `_FLOATING_SHARE`: in a random
+    #: cell, large parts join the solid long after it connects.
     last_neck: tuple[float, float, float]
 
 
@@ -54,12 +46,8 @@ def percolation(values: FloatArray, *, open_void: bool = True) -> Percolation | 
     Returns Percolation or None: the widest range of densities over which both hold; None where they
     never do.
 
-    Parameters
-    ----------
-    values : (n, n, n) array
-        Shape function at the nodes ``i / n`` of its period.
-    open_void : bool
-        False: the second condition need not hold.
+    ``values (n, n, n)``: shape function at the nodes ``i / n`` of its period. ``open_void``: False:
+    the second condition need not hold.
 
     Notes
     -----

@@ -130,12 +130,8 @@ def _triangulate_loop(loop: list[int]) -> tuple[tuple[int, int, int], ...]:
 def marching_table() -> tuple[NDArray[np.int8], NDArray[np.int8]]:
     """Triangles of all cases.
 
-    Returns
-    -------
-    triangles : (256, 5, 3) int8 array
-        Cube edges of every triangle, outward oriented; unused rows are -1.
-    counts : (256,) int8 array
-        Number of triangles of each case.
+    Returns ``triangles (256, 5, 3)``: cube edges of every triangle, outward oriented; unused rows
+    are -1; ``counts (256,)``: number of triangles of each case.
     """
     triangles = np.full((256, 5, 3), -1, dtype=np.int8)
     counts = np.zeros(256, dtype=np.int8)

@@ -27,27 +27,13 @@ CRUMB = 1e-4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Islands:
-    """Report on the removal of disconnected components and closed pockets.
+    """Report on the removal of disconnected components and closed pockets."""
 
-    Attributes
-    ----------
-    dropped : int
-        Disconnected solids removed.
-    dropped_volume : float, mm^3
-        Their volume, closed pockets inside them subtracted.
-    dropped_share : float
-        Their share of the solid volume before removal.
-    pockets : int
-        Closed voids inside the solid that stays; no powder or resin leaves them.
-    pocket_volume : float, mm^3
-        Their volume.
-    """
-
-    dropped: int
-    dropped_volume: float
-    dropped_share: float
-    pockets: int
-    pocket_volume: float
+    dropped: int  #: Disconnected solids removed.
+    dropped_volume: float  #: mm^3. Their volume, closed pockets inside them subtracted.
+    dropped_share: float  #: Their share of the solid volume before removal.
+    pockets: int  #: Closed voids inside the solid that stays; no powder or resin leaves them.
+    pocket_volume: float  #: mm^3. Their volume.
 
 
 #: Share of the solid that is dust of the contour: pieces of a few of its triangles where surfaces
@@ -122,11 +108,7 @@ def remove_islands(
 def without_crumbs(surface: SurfaceMesh, least: float) -> tuple[SurfaceMesh, int]:
     """A closed surface without solids and voids of less than a volume, mm^3.
 
-    Returns
-    -------
-    surface : SurfaceMesh
-    count : int
-        Solids that are left.
+    Returns ``surface``; ``count``: solids that are left.
     """
     at_vertex = vertex_shells(surface.faces, len(surface.vertices))
     shell = at_vertex[surface.faces[:, 0]]
@@ -143,12 +125,8 @@ def largest_components(
 
     Raises LatticeError if the mesh is empty, or more than ``max_share`` would be dropped.
 
-    Parameters
-    ----------
-    keep : int
-        Number of pieces to keep, by volume; the number of bodies of the part.
-    max_share : float
-        Largest share of the volume that may be dropped.
+    ``keep``: number of pieces to keep, by volume; the number of bodies of the part. ``max_share``:
+    largest share of the volume that may be dropped.
 
     Returns
     -------
@@ -179,9 +157,7 @@ def largest_components(
 def refuse_large(dropped: int, share: float, max_share: float = _MAX_SHARE) -> None:
     """Refuse disconnected components that hold more than a share of the volume.
 
-    Raises
-    ------
-    LatticeError
+    Raises `LatticeError`.
     """
     if share > max_share:
         raise LatticeError(

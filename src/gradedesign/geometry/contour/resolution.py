@@ -48,9 +48,7 @@ class Resolution:
 def require_volume(error: float, asked: Resolution | None, step: float) -> None:
     """Refuse a contour at a step, mm, whose estimated error of a cell's volume is too large.
 
-    Raises
-    ------
-    CoarseContourError
+    Raises `CoarseContourError`.
     """
     if asked is not None and error > asked.within:
         power = (_AIM * asked.within / error) ** 0.25
@@ -64,6 +62,8 @@ def require_volume(error: float, asked: Resolution | None, step: float) -> None:
 def require_room(vertices: int, share: float, cubes: int, memory: float, h: float) -> None:
     """Refuse a contour that is going to take more than its memory.
 
+    Raises `ResourceError`.
+
     Parameters
     ----------
     vertices : int
@@ -75,10 +75,6 @@ def require_room(vertices: int, share: float, cubes: int, memory: float, h: floa
     memory : float, bytes
     h : float, mm
         Spacing of the grid.
-
-    Raises
-    ------
-    ResourceError
     """
     if _BYTES_PER_VERTEX * vertices + cubes > memory:
         need = _BYTES_PER_VERTEX * vertices / max(share, 1e-9) + cubes

@@ -20,18 +20,10 @@ NODES, BATCH = 1 << 21, 1 << 16
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Slab:
-    """Field values on neighbouring planes of grid nodes.
+    """Field values on neighbouring planes of grid nodes."""
 
-    Attributes
-    ----------
-    first : int
-        Grid index along x of the first plane.
-    values : (a, ny, nz) array
-        Field at the nodes, negative inside.
-    """
-
-    first: int
-    values: FloatArray
+    first: int  #: Grid index along x of the first plane.
+    values: FloatArray  #: ``(a, ny, nz)``. Field at the nodes, negative inside.
 
 
 def grid_points(lower: ArrayLike, start: Shape, shape: Shape, h: float) -> FloatArray:

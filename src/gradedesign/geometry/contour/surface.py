@@ -42,26 +42,17 @@ END_GAP = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Contour:
-    """Contour of a field on a cubic grid, the triangles of deep cubes apart.
+    """Contour of a field on a cubic grid, the triangles of deep cubes apart."""
 
-    Attributes
-    ----------
-    vertices : (n, 3) array, mm
-        On the grid edges, then the inside nodes that are corners of caps.
-    deep, near : (m, 3) int32 arrays
-        Triangles of deep and of near cubes; outward oriented.
-    inner, outer : (m, 3) int32 arrays
-        Triangles over the faces between near and deep cubes, and between near cubes and others,
-        where they are inside. They close ``near``.
-    volume_error : float
-        Estimate for the cell of a `VolumeFit` that is worst, relative to its solid; 0 without one.
-    """
-
+    #: ``(n, 3)``, mm. On the grid edges, then the inside nodes that are corners of caps.
     vertices: FloatArray
-    deep: NDArray[np.int32]
-    near: NDArray[np.int32]
+    deep: NDArray[np.int32]  #: ``(m, 3)``. Triangles of deep and of near cubes; outward oriented.
+    near: NDArray[np.int32]  #: As `deep`.
+    #: ``(m, 3)``. Triangles over the faces between near and deep cubes, and between near cubes and
+    #: others, where they are inside. They close ``near``.
     inner: NDArray[np.int32]
-    outer: NDArray[np.int32]
+    outer: NDArray[np.int32]  #: As `inner`.
+    #: Estimate for the cell of a `VolumeFit` that is worst, relative to its solid; 0 without one.
     volume_error: float = 0.0
 
     @property
@@ -109,22 +100,12 @@ def extract_surface(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BoxedGrid:
-    """A cubic grid of nodes and the box at which a solid on it ends.
+    """A cubic grid of nodes and the box at which a solid on it ends."""
 
-    Attributes
-    ----------
-    lower, upper : (3,) array, mm
-        The box; its faces lie between nodes.
-    shape : (int, int, int)
-        Number of nodes.
-    h : float, mm
-        Spacing.
-    """
-
-    lower: FloatArray
-    upper: FloatArray
-    shape: Shape
-    h: float
+    lower: FloatArray  #: ``(3,)``, mm. The box; its faces lie between nodes.
+    upper: FloatArray  #: ``(3,)``, mm. The box; its faces lie between nodes.
+    shape: Shape  #: Number of nodes.
+    h: float  #: mm. Spacing.
 
     @property
     def origin(self) -> FloatArray:
@@ -157,14 +138,9 @@ def contour(
     Raises LatticeError if the field has no solid on the grid, or is not finite. Raises
     ResourceError if it takes more than the memory of the fit.
 
-    Parameters
-    ----------
-    sides : (a, b, c) uint8 array, optional
-        Of the cubes, see `cube_sides`; all are near by default.
-    fit : VolumeFit, optional
-        Vertices then move along their grid edges until the triangles hold the field's volume.
-    nodes : int
-        Grid nodes held at once, about.
+    ``sides (a, b, c)``: of the cubes, see `cube_sides`; all are near by default. ``fit``: vertices
+    then move along their grid edges until the triangles hold the field's volume. ``nodes``: grid
+    nodes held at once, about.
     """
     began = perf_counter()
     boxed = _cut_at_box(field, grid.lower, grid.upper)

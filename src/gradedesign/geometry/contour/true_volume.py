@@ -57,28 +57,18 @@ _SLIVER = 0.05
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class VolumeFit:
-    """How vertices of a contour are placed for true volume.
+    """How vertices of a contour are placed for true volume."""
 
-    Attributes
-    ----------
-    lower, upper : (3,) array, mm
-        Box around the part.
-    cell : float, mm
-        Edge of the cubic cells of the box in each of which the error is estimated; what is less
-        than half a cell at its end belongs to the one before. The lattice beyond the box, which
-        the part cuts off, does not count.
-    solids : callable or None
-        Solid layers beside the lattice, points ``(3, n)`` mm to signed distances ``(n,)`` mm:
-        vertices on them stay there, and none moves into them.
-    memory : float, bytes
-        That the contour and what is made of it may take.
-    """
-
-    lower: FloatArray
-    upper: FloatArray
+    lower: FloatArray  #: ``(3,)``, mm. Box around the part.
+    upper: FloatArray  #: ``(3,)``, mm. Box around the part.
+    #: mm. Edge of the cubic cells of the box in each of which the error is estimated; what is less
+    #: than half a cell at its end belongs to the one before. The lattice beyond the box, which the
+    #: part cuts off, does not count.
     cell: float
+    #: Solid layers beside the lattice, points ``(3, n)`` mm to signed distances ``(n,)`` mm:
+    #: vertices on them stay there, and none moves into them.
     solids: Field | None = None
-    memory: float = np.inf
+    memory: float = np.inf  #: bytes. That the contour and what is made of it may take.
 
     @property
     def shape(self) -> Shape:
@@ -149,6 +139,10 @@ def _move(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Move vertices in place by the volume between their triangles and the surface.
 
+    Returns ``size``, ``volume``, ``short``, each (p, q, r), mm^3: of what lies between triangles
+    and surface by cell, without and with its sign, and what of it the vertices could not gain
+    within their cubes.
+
     Parameters
     ----------
     target : tuple
@@ -160,12 +154,6 @@ def _move(
         Of the field across every triangle; measured where it is 0, else used.
     shape : (int, int, int)
         Number of cells.
-
-    Returns
-    -------
-    size, volume, short : (p, q, r) arrays, mm^3
-        Of what lies between triangles and surface by cell, without and with its sign, and what of
-        it the vertices could not gain within their cubes.
     """
     vertices, faces, axes, held, grid, gap, fit = target
     (bary, over), cells = rule, (fit.lower, fit.upper, fit.cell)

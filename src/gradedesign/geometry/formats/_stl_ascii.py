@@ -20,12 +20,8 @@ _COORDINATES = tuple(k for k, word in enumerate(_PATTERN) if word == b"#" and k 
 def parse_ascii(data: bytes, source: str) -> FloatArray:
     """Decode ASCII STL into corners ``(m, 3, 3)`` in file units.
 
-    Tabs, any line ends, upper case, exponents and several solids are fine.
-
-    Raises
-    ------
-    PartError
-        Names the line that is not STL, or says that an ``endsolid`` is missing.
+    Tabs, any line ends, upper case, exponents and several solids are fine. Raises `PartError`:
+    names the line that is not STL, or says that an ``endsolid`` is missing.
     """
     text = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n").lower()
     corners = _parse_fast(text)

@@ -16,18 +16,10 @@ from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, enclosed_vo
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MeasuredField:
-    """Bounds and volume of a lattice of which no surface was made.
+    """Bounds and volume of a lattice of which no surface was made."""
 
-    Attributes
-    ----------
-    bounds : (2, 3) array, mm
-        Least and largest corner of the part.
-    volume : float, mm^3
-        Inside the field, by evenly spread points, with disconnected components.
-    """
-
-    bounds: FloatArray
-    volume: float
+    bounds: FloatArray  #: ``(2, 3)``, mm. Least and largest corner of the part.
+    volume: float  #: mm^3. Inside the field, by evenly spread points, with disconnected components.
 
 
 class SampledPrint(Protocol):

@@ -59,10 +59,7 @@ def edge_balance(corners: NDArray[np.floating]) -> int:
     often in one direction as in the other: it is closed and consistently oriented. Any other
     surface has 0 with a probability of 2^-64.
 
-    Parameters
-    ----------
-    corners : (m, 3, 3) array
-        Triangle, corner, coordinate; equal corners are the same float32.
+    ``corners (m, 3, 3)``: triangle, corner, coordinate; equal corners are the same float32.
 
     Examples
     --------

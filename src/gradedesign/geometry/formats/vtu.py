@@ -31,15 +31,10 @@ def write_vtu(
     none), or its last axis does not match the mesh. Raises CaseError or ResourceError if the file
     cannot be written.
 
-    Parameters
-    ----------
-    mesh : TetMesh or (points, elements)
-        Points ``(3, N)`` mm and elements ``(k, M)`` in VTK's order of nodes: tetrahedra of 4 or 10
-        (the last six on the edges 01, 12, 02, 03, 13, 23), hexahedra of 8 or 27.
-    point_data : mapping
-        Field name to values ``(..., N)``, components first.
-    cell_data : mapping
-        Field name to values ``(..., M)``.
+    ``mesh``: TetMesh or (points, elements); points ``(3, N)`` mm and elements ``(k, M)`` in VTK's
+    order of nodes: tetrahedra of 4 or 10 (the last six on the edges 01, 12, 02, 03, 13, 23),
+    hexahedra of 8 or 27. ``point_data``: field name to values ``(..., N)``, components first.
+    ``cell_data``: field name to values ``(..., M)``.
     """
     import meshio
 

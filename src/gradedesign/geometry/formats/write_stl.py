@@ -46,13 +46,8 @@ def write_stl(path: Path, surface: SurfaceMesh, records: bytes = b"") -> str:
     of its first triangles. Raises CaseError or ResourceError if the file cannot be written, or what
     is read back differs.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        mm, outward oriented.
-    records : bytes
-        Of the first triangles as another binary STL file holds them, to the byte; their corners
-        are those of the surface.
+    ``surface``: mm, outward oriented. ``records``: of the first triangles as another binary STL
+    file holds them, to the byte; their corners are those of the surface.
     """
     count = len(surface.faces)
     if not 0 < count < 2**32:

@@ -20,25 +20,13 @@ _TOLD_STRETCH = 1.1
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CellLayout:
-    """A cell map and the cells that it makes in one part.
-
-    Attributes
-    ----------
-    points : (3, n) array, mm
-        That fill the lattice evenly.
-    typical : float, mm
-        Edge of the cube of the median cell's volume.
-    least : float, mm
-        Shortest extent of any cell.
-    report : mapping
-        Size, shear, stretch and folds; plain data.
-    """
+    """A cell map and the cells that it makes in one part."""
 
     cell_map: CellMap
-    points: FloatArray
-    typical: float
-    least: float
-    report: Mapping[str, Any]
+    points: FloatArray  #: ``(3, n)``, mm. That fill the lattice evenly.
+    typical: float  #: mm. Edge of the cube of the median cell's volume.
+    least: float  #: mm. Shortest extent of any cell.
+    report: Mapping[str, Any]  #: Size, shear, stretch and folds; plain data.
 
     def __post_init__(self) -> None:
         lock(self, points=(3, None))
@@ -56,14 +44,8 @@ def cell_layout(
     Raises LatticeError if the map folds in the lattice, or cannot be used there, or there are no
     points.
 
-    Parameters
-    ----------
-    points : (3, n) array, mm
-        That fill the lattice evenly.
-    edges : (3,) sequence, mm
-        Of the cell that the law describes.
-    wanted : callable, optional, mm
-        Nominal size.
+    ``points (3, n)``, mm: that fill the lattice evenly. ``edges (3,)``, mm: of the cell that the
+    law describes. ``wanted``, mm: nominal size.
     """
     report = map_report(cell_map, points, wanted=wanted)
     require_unfolded(report)

@@ -45,37 +45,20 @@ class Slab(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Distances:
-    """Distances that are exact in a band around their zero set, or everywhere.
+    """Distances that are exact in a band around their zero set, or everywhere."""
 
-    Attributes
-    ----------
-    part : callable
-        That of the part.
-    reach : float, mm
-        Of the band; infinite: exact everywhere.
-    banded : callable
-        ``banded(distance, inner, outer)``: the distance, exact from ``-inner`` to ``outer`` mm.
-    """
-
-    part: Field
-    reach: float
+    part: Field  #: That of the part.
+    reach: float  #: mm. Of the band; infinite: exact everywhere.
+    #: ``banded(distance, inner, outer)``: the distance, exact from ``-inner`` to ``outer`` mm.
     banded: Callable[[Field, float, float], Field]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Component:
-    """A component of a lattice.
+    """A component of a lattice."""
 
-    Attributes
-    ----------
-    name : str
-        In sentences, such as ``"the skin"``.
-    where : str
-        Place in the case that states it.
-    """
-
-    name: str = ""
-    where: str = ""
+    name: str = ""  #: In sentences, such as ``"the skin"``.
+    where: str = ""  #: Place in the case that states it.
 
     #: It holds the cells at the part's faces, which are then not free.
     ties_faces: ClassVar[bool] = False
@@ -208,14 +191,9 @@ class CellComponent(Component, ABC):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class JoinComponent(Component, ABC):
-    """A component that rounds the corners between cells and solids.
+    """A component that rounds the corners between cells and solids."""
 
-    Attributes
-    ----------
-    radius : float, mm
-    """
-
-    radius: float
+    radius: float  #: mm.
 
     @property
     @abstractmethod
@@ -226,13 +204,9 @@ class JoinComponent(Component, ABC):
     def joined(self, points: FloatArray, cell: Valued, solids: Sequence[Valued]) -> FloatArray:
         """Union of cells and solids, ``(n,)``, about mm.
 
-        Parameters
-        ----------
-        points : (3, n) array, mm
-        cell : ((n,) array, callable)
-            Values of the infinite lattice, about mm, and their function.
-        solids : sequence of ((n,) array, callable)
-            Distances of the solids, mm, and their functions.
+        ``points (3, n)``, mm. ``cell``: ((n,) array, callable); values of the infinite lattice,
+        about mm, and their function. ``solids``: sequence of ((n,) array, callable); distances of
+        the solids, mm, and their functions.
         """
 
 

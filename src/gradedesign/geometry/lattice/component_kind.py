@@ -124,10 +124,7 @@ def component_entries(kinds: Mapping[str, ComponentKind]) -> dict[str, type[Comp
 def composed(place: ComponentPlace, kinds: Mapping[str, ComponentKind]) -> DesignDomain:
     """The domain of a place with every component that a case states, but for its cuts.
 
-    Raises
-    ------
-    CaseError, ResourceError
-        As the kinds do.
+    Raises `CaseError`, `ResourceError` as the kinds do.
     """
     return _made(place, kinds, _BEFORE_CUTS)
 
@@ -140,18 +137,8 @@ def with_cuts(
 ) -> DesignDomain:
     """The domain of a design with the cuts that a case states.
 
-    Parameters
-    ----------
-    kinds : mapping of name to ComponentKind
-    design : LatticeDesign
-        Of a density that the lattice will have somewhere, without cuts.
-    cell_edge : float, mm
-        Shortest edge of a cell.
-
-    Raises
-    ------
-    CaseError, ResourceError
-        As the kinds do.
+    ``kinds``: by name. ``design``: of a density that the lattice will have somewhere, without cuts.
+    ``cell_edge``, mm: shortest edge of a cell. Raises `CaseError`, `ResourceError` as the kinds do.
     """
     there = replace(place, domain=design.domain, design=design, cell_edge=cell_edge)
     return _made(there, kinds, ("cut",))

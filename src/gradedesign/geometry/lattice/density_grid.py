@@ -21,21 +21,11 @@ _BYTES_PER_NODE = 48
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DensityGrid:
-    """Node values of relative density.
+    """Node values of relative density."""
 
-    Attributes
-    ----------
-    origin : (3,) array, mm
-        First node.
-    spacing : float, mm
-        The same along x, y, z.
-    values : (nx, ny, nz) array
-        Relative density, 0 to 1.
-    """
-
-    origin: FloatArray
-    spacing: float
-    values: FloatArray
+    origin: FloatArray  #: ``(3,)``, mm. First node.
+    spacing: float  #: mm. The same along x, y, z.
+    values: FloatArray  #: ``(nx, ny, nz)``. Relative density, 0 to 1.
 
     def __post_init__(self) -> None:
         lock(self, origin=(3,), values=(None, None, None))

@@ -103,13 +103,8 @@ def formula_field(formula: Formula, distance: Field) -> Field:
 
     Returns callable: points ``(3, ...)`` mm to values ``(...)``.
 
-    Parameters
-    ----------
-    formula : Formula
-        In x, y, z and d, mm.
-    distance : callable
-        Signed distance of the part; d is the depth below its surface, 0 outside. Evaluated only if
-        the formula contains d.
+    ``formula``: in x, y, z and d, mm. ``distance``: signed distance of the part; d is the depth
+    below its surface, 0 outside. Evaluated only if the formula contains d.
 
     Examples
     --------

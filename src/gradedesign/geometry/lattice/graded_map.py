@@ -21,9 +21,7 @@ _ROTATION_FREE = 3
 def require_one_thickness(lattice: LatticeSpec, where: Where, family: CellFamily) -> None:
     """Refuse ``grading = "thickness"`` of cells whose walls have no one thickness.
 
-    Raises
-    ------
-    CaseError
+    Raises `CaseError`.
     """
     if lattice.grading == "thickness" and not family.distance:
         with locating(where, "lattice.grading"):
@@ -60,18 +58,10 @@ def graded_map(
 ) -> CellMap:
     """Phase fields of cells of the wanted size, from the case's origin and along its axes.
 
-    Parameters
-    ----------
-    wanted : callable
-        Points ``(3, ...)`` mm to sizes ``(...)``, mm.
-    frames : callable, optional
-        Points to rotations ``(3, 3, ...)`` whose rows the cells follow, instead of the axes of the
-        case; they are held, where free cells turn to keep their size.
-
-    Raises
-    ------
-    CaseError, DensityError, ResourceError
-        As `graded_size_map`.
+    ``wanted``: points ``(3, ...)`` mm to sizes ``(...)``, mm. ``frames``: points to rotations
+    ``(3, 3, ...)`` whose rows the cells follow, instead of the axes of the case; they are held,
+    where free cells turn to keep their size. Raises `CaseError`, `DensityError`, `ResourceError` as
+    `graded_size_map`.
     """
     corners = part.surface.vertices
     lower, upper = corners.min(axis=0), corners.max(axis=0)

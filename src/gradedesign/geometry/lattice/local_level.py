@@ -46,26 +46,16 @@ _BYTES_PER_BLOCK = 160
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LocalLevel:
-    """By how much the level of a mix differs from the stated density.
+    """By how much the level of a mix differs from the stated density."""
 
-    Attributes
-    ----------
-    origin : (3,) array, cells
-        Middle of the first cell.
-    spacing : float, cells
-        From one middle to the next.
-    excess : (p, q, r) array
-        Level less density in the middle of every cell, linear in between.
-    before, error : float
-        Largest error of the density of a cell, relative to the stated one:
-        with the density as level, and with these levels.
-    """
-
-    origin: FloatArray
-    spacing: float
+    origin: FloatArray  #: ``(3,)``, cells. Middle of the first cell.
+    spacing: float  #: cells. From one middle to the next.
+    #: ``(p, q, r)``. Level less density in the middle of every cell, linear in between.
     excess: FloatArray
+    #: Largest error of the density of a cell, relative to the stated one: with the density as
+    #: level, and with these levels.
     before: float
-    error: float
+    error: float  #: As `before`.
 
     def __post_init__(self) -> None:
         lock(self, origin=(3,), excess=(None, None, None))

@@ -68,7 +68,9 @@ def printed_surface(
 ) -> PrintedSurface:
     """Closed surface of a lattice in a part, without disconnected components.
 
-    Every cell of it holds the volume of the lattice there within `VOLUME_ERROR`.
+    Every cell of it holds the volume of the lattice there within `VOLUME_ERROR`. Raises
+    `LatticeError` as `trimmed_surface`, `surface_behind_skin`, `remove_islands` and `within_chord`.
+    Raises `ResourceError` if a grid that is fine enough does not fit the memory.
 
     Parameters
     ----------
@@ -83,13 +85,6 @@ def printed_surface(
     keep_outer : bool
         Whether the part's triangles stay as they are, first in the surface, see
         `surface_behind_skin`.
-
-    Raises
-    ------
-    LatticeError
-        As `trimmed_surface`, `surface_behind_skin`, `remove_islands` and `within_chord`.
-    ResourceError
-        If a grid that is fine enough does not fit the memory.
     """
     make = surface_behind_skin if keep_outer else trimmed_surface
     asked = Resolution(within=VOLUME_ERROR, memory=memory)
@@ -131,24 +126,12 @@ def surface_behind_skin(
     the solid its normals point into the cavities. Both surfaces lie apart, so that no Boolean
     operation is needed.
 
-    Returns SurfaceMesh: its first vertices and triangles are those of the part.
+    Returns SurfaceMesh: its first vertices and triangles are those of the part. Raises
+    `CoarseContourError`, `ResourceError` as `trimmed_surface`. Raises `LatticeError` if the skin is
+    thinner than the grid holds apart from the part's faces, or the internal surface reaches them.
 
-    Parameters
-    ----------
-    part : SurfaceMesh
-        Closed and outward oriented; its signed distance is ``design.domain.distance``.
-    step : float, mm
-        Grid of the contour.
-    asked : Resolution, optional
-        As for `trimmed_surface`.
-
-    Raises
-    ------
-    CoarseContourError, ResourceError
-        As `trimmed_surface`.
-    LatticeError
-        If the skin is thinner than the grid holds apart from the part's faces, or the internal
-        surface reaches them.
+    ``part``: closed and outward oriented; its signed distance is ``design.domain.distance``.
+    ``step``, mm: grid of the contour. ``asked``: as for `trimmed_surface`.
 
     References
     ----------
@@ -200,9 +183,7 @@ def internal_of(surface: SurfaceMesh, part: SurfaceMesh) -> SurfaceMesh:
 def require_thick_skin(domain: DesignDomain, least: float, why: str) -> None:
     """Refuse skins all round that keep the internal surface too near the part's faces.
 
-    Raises
-    ------
-    LatticeError
+    Raises `LatticeError`.
     """
     thickness = max((s.least for s in domain.solids if s.all_round), default=0.0)
     if thickness < least:

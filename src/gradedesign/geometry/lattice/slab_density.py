@@ -28,33 +28,17 @@ _BATCH = 1 << 18
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SlabDensities:
-    """Relative densities of slabs across one axis.
+    """Relative densities of slabs across one axis."""
 
-    Attributes
-    ----------
-    axis : int
-        0, 1 or 2.
-    edges : (n + 1,) array, mm
-        Planes between the slabs.
-    part_volume : (n,) array, mm^3
-        Of the part in every slab.
-    target : (n,) array
-        Mean of the specified density; skin and passive regions count as solid.
-    field : (n,) array
-        Share of the part inside the lattice's field, by evenly spread points.
-    surface : (n,) array
-        Volume of what is printed over that of the part.
-    measured_on : str
-        ``surface``, or ``layers`` where no surface was made.
-    """
-
-    axis: int
-    edges: FloatArray
-    part_volume: FloatArray
+    axis: int  #: 0, 1 or 2.
+    edges: FloatArray  #: ``(n + 1,)``, mm. Planes between the slabs.
+    part_volume: FloatArray  #: ``(n,)``, mm^3. Of the part in every slab.
+    #: ``(n,)``. Mean of the specified density; skin and passive regions count as solid.
     target: FloatArray
+    #: ``(n,)``. Share of the part inside the lattice's field, by evenly spread points.
     field: FloatArray
-    surface: FloatArray
-    measured_on: str = "surface"
+    surface: FloatArray  #: ``(n,)``. Volume of what is printed over that of the part.
+    measured_on: str = "surface"  #: ``surface``, or ``layers`` where no surface was made.
 
     def __post_init__(self) -> None:
         for name in ("edges", "part_volume", "target", "field", "surface"):
@@ -137,23 +121,12 @@ def slab_density(
 
 
 class FieldPoints(NamedTuple):
-    """Evenly spread points of a part.
+    """Evenly spread points of a part."""
 
-    Attributes
-    ----------
-    target : (n,) array
-        Stated density, 1 in skins and passive regions.
-    points : (3, n) array, mm
-    solid : (n,) bool array
-        Inside the field of the lattice.
-    volume : float, mm^3
-        Of the field, by the share of points.
-    """
-
-    target: FloatArray
-    points: FloatArray
-    solid: BoolArray
-    volume: float
+    target: FloatArray  #: ``(n,)``. Stated density, 1 in skins and passive regions.
+    points: FloatArray  #: ``(3, n)``, mm.
+    solid: BoolArray  #: ``(n,)``. Inside the field of the lattice.
+    volume: float  #: mm^3. Of the field, by the share of points.
 
 
 def field_points(design: LatticeDesign, fields: tuple[Field, Field]) -> FieldPoints:
@@ -185,13 +158,9 @@ def layered_density(
 
     Raises LatticeError if the part has no volume in a slab, or no point was found there.
 
-    Parameters
-    ----------
-    printed : sequence of ((k,) array, (k,) array)
-        Middles of thin slices across each axis, mm, and the volume printed in them, mm^3; a slice
-        counts for the slab of its middle.
-    thickness : float, mm
-        Of a slab.
+    ``printed``: sequence of ((k,) array, (k,) array); middles of thin slices across each axis, mm,
+    and the volume printed in them, mm^3; a slice counts for the slab of its middle. ``thickness``,
+    mm: of a slab.
     """
     slabs = []
     for axis, (middles, volumes) in enumerate(printed):
@@ -227,11 +196,7 @@ def volumes_below(surface: SurfaceMesh, axis: int, planes: FloatArray) -> FloatA
     Exact: by the divergence theorem the volume below ``c`` is the integral of ``min(x, c) n_x``
     over the surface, and on a triangle that integrand is piecewise linear.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        Closed and outward oriented.
-    planes : (k,) array, mm
+    ``surface``: closed and outward oriented. ``planes (k,)``, mm.
     """
     middle = float(surface.vertices[:, axis].mean())  # so that large coordinates cancel
     return volumes_under(

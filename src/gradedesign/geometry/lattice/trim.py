@@ -68,14 +68,9 @@ def trimmed_surface(
     memory. Raises LatticeError if the lattice has no solid, or the result is not closed. Raises
     MeshError if the Boolean kernel refuses a surface or nothing is left.
 
-    Parameters
-    ----------
-    part : SurfaceMesh
-        Closed and outward oriented; its signed distance is ``design.domain.distance``.
-    step : float, mm
-        Grid of the contour.
-    asked : Resolution, optional
-        How much the volume of a cell may be off; whatever it is without.
+    ``part``: closed and outward oriented; its signed distance is ``design.domain.distance``.
+    ``step``, mm: grid of the contour. ``asked``: how much the volume of a cell may be off; whatever
+    it is without.
     """
     untrimmed = replace(design, domain=grown(design.domain, OVERHANG * step))
     field = uncut_field(untrimmed, band=3 * step, single=True)

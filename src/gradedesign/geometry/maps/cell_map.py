@@ -62,14 +62,9 @@ def uniform_map(
 
     Raises CaseError if a size is not positive or the matrix is not a rotation.
 
-    Parameters
-    ----------
-    size : float or (3,) sequence, mm
-        Edge of the cell, or one edge for each cell axis.
-    origin : (3,) sequence, mm
-        Where a corner of a cell lies.
-    rotation : (3, 3) array, optional
-        Columns are the cell axes in global coordinates.
+    ``size``: float or (3,) sequence, mm; edge of the cell, or one edge for each cell axis.
+    ``origin (3,)``, mm: where a corner of a cell lies. ``rotation (3, 3)``: columns are the cell
+    axes in global coordinates.
 
     Examples
     --------

@@ -95,18 +95,8 @@ def frame_field(
 def principal_angle(axes: FloatArray, tensor: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Angle from the largest principal direction to the nearest cell axis, and its weight.
 
-    Parameters
-    ----------
-    axes : (3, 3, n) array
-        Columns are the cell axes.
-    tensor : (3, 3, n) array
-
-    Returns
-    -------
-    angle : (n,) array, degrees
-        At most 54.7.
-    weight : (n,) array
-        Largest principal value by size.
+    ``axes (3, 3, n)``: columns are the cell axes. ``tensor (3, 3, n)``. Returns ``angle (n,)``,
+    degrees: at most 54.7; ``weight (n,)``: largest principal value by size.
     """
     values, vectors = np.linalg.eigh(np.moveaxis(tensor, -1, 0))
     rank = np.abs(values).argmax(axis=1)

@@ -17,24 +17,17 @@ class LocalCells:
 
     With singular values ``s`` of du/dx, a distance d in cell units is between ``d / max(s)`` and
     ``d / min(s)`` mm: walls are at least ``least`` times as thick as in cell units.
-
-    Attributes
-    ----------
-    axes : (3, 3, n) array
-        Rotations whose columns are the cell axes in global coordinates.
-    least, most : (n,) array, mm
-        Shortest and longest extent of a cell, along its principal directions of stretch.
-    size : (n,) array, mm
-        Edge of the cube of equal volume.
-    stretch : (n,) array
-        Longest over shortest extent of the cell that a cell of the stated edges has become; 1
-        where it has only been turned and magnified.
     """
 
+    #: ``(3, 3, n)``. Rotations whose columns are the cell axes in global coordinates.
     axes: FloatArray
+    #: ``(n,)``, mm. Shortest and longest extent of a cell, along its principal directions of
+    #: stretch.
     least: FloatArray
-    most: FloatArray
-    size: FloatArray
+    most: FloatArray  #: As `least`.
+    size: FloatArray  #: ``(n,)``, mm. Edge of the cube of equal volume.
+    #: ``(n,)``. Longest over shortest extent of the cell that a cell of the stated edges has
+    #: become; 1 where it has only been turned and magnified.
     stretch: FloatArray
 
     def __post_init__(self) -> None:
@@ -52,13 +45,8 @@ def local_cells(
     Returns LocalCells: where the map is singular: global axes and the map's typical size, for
     points that hold no lattice.
 
-    Parameters
-    ----------
-    cell_map : CellMap
-        Must not fold at the points.
-    points : (3, n) array, mm
-    edges : (3,) sequence
-        Edges, up to a factor, of the cell that counts as not stretched.
+    ``cell_map``: must not fold at the points. ``points (3, n)``, mm. ``edges (3,)``: edges, up to a
+    factor, of the cell that counts as not stretched.
 
     Notes
     -----

@@ -31,59 +31,30 @@ class Spread:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SizeError:
-    """Deviation of local cell sizes from those wanted.
+    """Deviation of local cell sizes from those wanted."""
 
-    Attributes
-    ----------
-    error : Spread
-        Of ``|size / wanted - 1|``, the three cell axes pooled: every place counts three times, once
-        for each axis.
-    within_5, within_10 : float
-        Share of the pooled volume whose error is at most 5 and 10 %.
-    worst_within_5 : float
-        Share of volume in which all three axes are within 5 %.
-    """
-
+    #: Of ``|size / wanted - 1|``, the three cell axes pooled: every place counts three times, once
+    #: for each axis.
     error: Spread
-    within_5: float
-    within_10: float
-    worst_within_5: float
+    within_5: float  #: Share of the pooled volume whose error is at most 5 and 10 %.
+    within_10: float  #: As `within_5`.
+    worst_within_5: float  #: Share of volume in which all three axes are within 5 %.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapReport:
-    """The cells that a map makes in a part; shares and percentiles are by volume.
+    """The cells that a map makes in a part; shares and percentiles are by volume."""
 
-    Attributes
-    ----------
-    name : str
-        Of the map.
-    points : int
-        Points looked at.
-    size : Spread, mm
-        Local sizes ``1 / |grad(u_i)|``, the three axes pooled.
-    size_by_axis : (Spread, Spread, Spread), mm
-    shear : Spread, degrees
-        Largest departure of the angles between two cell axes from a right angle.
-    turn : Spread, degrees
-        Largest angle between a cell axis and the axis of its coordinate.
-    folds : float
-        Share of volume in which the cells are turned inside out, det(du/dx) <= 0.
-    fold_at : (float, float, float) or None, mm
-        The worst of these points.
-    size_error : SizeError or None
-        If sizes were wanted.
-    """
-
-    name: str
-    points: int
-    size: Spread
-    size_by_axis: tuple[Spread, Spread, Spread]
+    name: str  #: Of the map.
+    points: int  #: Points looked at.
+    size: Spread  #: mm. Local sizes ``1 / |grad(u_i)|``, the three axes pooled.
+    size_by_axis: tuple[Spread, Spread, Spread]  #: mm.
+    #: degrees. Largest departure of the angles between two cell axes from a right angle.
     shear: Spread
-    turn: Spread
-    folds: float
-    fold_at: tuple[float, float, float] | None
-    size_error: SizeError | None
+    turn: Spread  #: degrees. Largest angle between a cell axis and the axis of its coordinate.
+    folds: float  #: Share of volume in which the cells are turned inside out, det(du/dx) <= 0.
+    fold_at: tuple[float, float, float] | None  #: mm. The worst of these points.
+    size_error: SizeError | None  #: If sizes were wanted.
 
 
 def map_report(
@@ -97,12 +68,8 @@ def map_report(
     Raises LatticeError if the part reaches a place where the map cannot be used, or there are no
     points.
 
-    Parameters
-    ----------
-    points : (3, n) array, mm
-        Inside the part, such as :func:`volume_points` or centroids of its tetrahedra.
-    wanted : callable or float, optional, mm
-        Specified size of the cells.
+    ``points (3, n)``, mm: inside the part, such as :func:`volume_points` or centroids of its
+    tetrahedra. ``wanted``, mm: specified size of the cells.
     """
     x = np.asarray(points, dtype=np.float64).reshape(3, -1)
     count = x.shape[1]
@@ -156,14 +123,9 @@ def volume_points(
 
     Returns (3, n) array, mm: each stands for an equal volume.
 
-    Parameters
-    ----------
-    inside : callable or None
-        Signed distance of the part, mm, negative inside; ``None`` for the whole box.
-    lower, upper : (3,) array_like, mm
-        Box around the part.
-    count : int
-        Points in the box; those inside the part are returned.
+    ``inside``: signed distance of the part, mm, negative inside; ``None`` for the whole box.
+    ``lower (3,)``, ``upper (3,)``, mm: box around the part. ``count``: points in the box; those
+    inside the part are returned.
     """
     start = np.asarray(lower, dtype=np.float64)[:, None]
     points = start + spread_points(count) * (np.asarray(upper, dtype=np.float64)[:, None] - start)

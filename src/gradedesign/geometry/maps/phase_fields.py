@@ -50,7 +50,9 @@ def graded_size_map(
 
     Raises CaseError if the box is empty, the grid too coarse for the smallest cell, or the number
     of iterations negative. Raises DensityError if a size is not positive and finite. Raises
-    ResourceError if the grid has more than `MOST_NODES` nodes.
+    ResourceError if the grid has more than `MOST_NODES` nodes. Returns CellMap: twice continuously
+    differentiable (cubic B-splines). Sizes are met only as well as the field allows: see
+    :func:`gradedesign.geometry.maps.map_report.map_report`.
 
     Parameters
     ----------
@@ -68,12 +70,6 @@ def graded_size_map(
         Rotation-free iterations; with 0 nothing is brought within tolerances either.
     origin : (3,) sequence, mm, optional
         A corner of a cell lies here; by default at ``lower``.
-
-    Returns
-    -------
-    CellMap
-        Twice continuously differentiable (cubic B-splines). Sizes are met only as well as the
-        field allows: see :func:`gradedesign.geometry.maps.map_report.map_report`.
 
     Notes
     -----
@@ -228,11 +224,7 @@ def box_solver(shape: tuple[int, int, int], spacing: FloatArray) -> Callable[...
     Returns callable: loads ``(nx, ny, nz)`` that sum to 0, to the solution of mean 0 (weighted by
     the trapezoidal rule).
 
-    Parameters
-    ----------
-    shape : (int, int, int)
-        Nodes.
-    spacing : (3,) array, mm
+    ``shape``: nodes. ``spacing (3,)``, mm.
 
     Notes
     -----

@@ -37,13 +37,8 @@ def size_for_wall(
     Returns (...) array, mm. Raises CaseError if the wall is not positive. Raises DensityError if a
     ratio is not positive, or a size is outside the limits.
 
-    Parameters
-    ----------
-    ratio : (...) array
-        Wall over size.
-    wall : float, mm
-    limits : (float, float), optional, mm
-        Least and largest size that may come out.
+    ``ratio (...)``: wall over size. ``wall``, mm. ``limits``, mm: least and largest size that may
+    come out.
 
     References
     ----------
@@ -75,14 +70,9 @@ def size_by_ratio(
     Returns (...) array, mm. Raises CaseError if a range is empty. Raises DensityError if a ratio is
     outside its range.
 
-    Parameters
-    ----------
-    ratio : (...) array
-        Wall over size; the wall is then ``ratio * size``.
-    sizes : (float, float), mm
-        Smallest cell, at the largest ratio, and largest cell, at the smallest.
-    ratios : (float, float)
-        Smallest and largest ratio.
+    ``ratio (...)``: wall over size; the wall is then ``ratio * size``. ``sizes``, mm: smallest
+    cell, at the largest ratio, and largest cell, at the smallest. ``ratios``: smallest and largest
+    ratio.
 
     References
     ----------
@@ -113,11 +103,7 @@ def densities_for_sizes(
 
     Returns (float, float). Raises DensityError if no density of the cell does.
 
-    Parameters
-    ----------
-    wall : float, mm
-    sizes : (float, float), mm
-        Least and largest.
+    ``wall``, mm. ``sizes``, mm: least and largest.
     """
     density = np.linspace(*cell.window, 4001)
     ratio = wall_ratio(cell, density)

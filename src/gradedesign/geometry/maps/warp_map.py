@@ -14,20 +14,13 @@ from gradedesign.geometry.maps.cell_map import CellMap, along, constant_jacobian
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MorphingSphere:
-    """A sphere within which cells change size.
+    """A sphere within which cells change size."""
 
-    Attributes
-    ----------
-    centre : (3,) array, mm
-    stable_radius : float, mm
-        Within it cells are ``magnification`` times as large, and not distorted.
-    outer_radius : float, mm
-        Beyond it nothing changes; between the two, the transition zone, cells are squashed (or,
-        for a magnification below 1, stretched) along the radius.
-    """
-
-    centre: FloatArray
+    centre: FloatArray  #: ``(3,)``, mm.
+    #: mm. Within it cells are ``magnification`` times as large, and not distorted.
     stable_radius: float
+    #: mm. Beyond it nothing changes; between the two, the transition zone, cells are squashed (or,
+    #: for a magnification below 1, stretched) along the radius.
     outer_radius: float
     magnification: float
 
@@ -64,10 +57,7 @@ def warp_map(base: CellMap, spheres: Sequence[MorphingSphere]) -> CellMap:
     Returns CellMap: continuously differentiable where ``base`` is, and equal to it outside the
     spheres. Raises CaseError if two spheres overlap.
 
-    Parameters
-    ----------
-    spheres : sequence of MorphingSphere
-        None may overlap.
+    ``spheres``: none may overlap.
 
     References
     ----------

@@ -12,20 +12,12 @@ def clip_to_box(
 ) -> tuple[FloatArray, IntArray]:
     """Keep the parts of triangles that lie in a box, exactly.
 
-    Sutherland and Hodgman (1974), "Reentrant polygon clipping": cut by one side of the box
-    after the other; what is left of a triangle is convex and is fanned into triangles.
+    Sutherland and Hodgman (1974), "Reentrant polygon clipping": cut by one side of the box after
+    the other; what is left of a triangle is convex and is fanned into triangles. Returns
+    ``pieces (k, 3, 3)``, mm: oriented as the triangles they come from; ``source (k,)``: the
+    triangle each piece comes from.
 
-    Parameters
-    ----------
-    corners : (m, 3 corners, 3 coordinates) array, mm
-    lower, upper : (3,) array, mm
-
-    Returns
-    -------
-    pieces : (k, 3, 3) array, mm
-        Oriented as the triangles they come from.
-    source : (k,) int array
-        The triangle each piece comes from.
+    ``corners (m, 3 corners, 3 coordinates)``, mm. ``lower (3,)``, ``upper (3,)``, mm.
     """
     lowest, highest = corners.min(axis=1), corners.max(axis=1)
     apart = ((highest < lower) | (lowest > upper)).any(axis=1)

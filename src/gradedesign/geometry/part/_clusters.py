@@ -27,47 +27,25 @@ _SLIVER = 200.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Clusters:
-    """A surface cut into flat pieces.
-
-    Attributes
-    ----------
-    label : (m,) int array
-        Cluster of every facet.
-    facets : tuple of int arrays
-        Facets of every cluster.
-    vertices : tuple of int arrays
-        Vertices of every cluster.
-    facet_normals : (m, 3) array
-        Unit; slivers carry that of their neighbour.
-    facet_areas : (m,) array, mm^2
-    normal : (c, 3) array
-        Unit mean normals.
-    area : (c,) array, mm^2
-    flat : (c,) bool array
-        Whether a cluster is plane; false only for very finely facetted curved ones.
-    neighbours : tuple of int arrays
-        Clusters that meet each one across an edge without a sharp angle.
-    turns : tuple of (k, 3) arrays
-        For each of these neighbours the unit axis about which the normal turns towards it.
-    region : (c,) int array
-        Number of the sharp-edged region that holds each cluster.
-    noise : float, mm
-        Distances below this are rounding.
-    """
+    """A surface cut into flat pieces."""
 
     surface: SurfaceMesh
-    label: IntArray
-    facets: tuple[IntArray, ...]
-    vertices: tuple[IntArray, ...]
-    facet_normals: FloatArray
-    facet_areas: FloatArray
-    normal: FloatArray
-    area: FloatArray
+    label: IntArray  #: ``(m,)``. Cluster of every facet.
+    facets: tuple[IntArray, ...]  #: Facets of every cluster.
+    vertices: tuple[IntArray, ...]  #: Vertices of every cluster.
+    facet_normals: FloatArray  #: ``(m, 3)``. Unit; slivers carry that of their neighbour.
+    facet_areas: FloatArray  #: ``(m,)``, mm^2.
+    normal: FloatArray  #: ``(c, 3)``. Unit mean normals.
+    area: FloatArray  #: ``(c,)``, mm^2.
+    #: ``(c,)``. Whether a cluster is plane; false only for very finely facetted curved ones.
     flat: BoolArray
+    #: Clusters that meet each one across an edge without a sharp angle.
     neighbours: tuple[IntArray, ...]
+    #: Each ``(k, 3)``. For each of these neighbours the unit axis about which the normal turns
+    #: towards it.
     turns: tuple[FloatArray, ...]
-    region: IntArray
-    noise: float
+    region: IntArray  #: ``(c,)``. Number of the sharp-edged region that holds each cluster.
+    noise: float  #: mm. Distances below this are rounding.
 
 
 def find_clusters(surface: SurfaceMesh, angle_deg: float) -> Clusters:

@@ -132,12 +132,8 @@ def _strip_seeds(clusters: Clusters, k: int, free: set[int]) -> list[list[int]]:
 def _grow(clusters: Clusters, seed: list[int], free: set[int]) -> tuple[set[int], Cylinder | None]:
     """Add neighbours while they lie on the cylinder through a seed.
 
-    Returns
-    -------
-    found : set of int
-        Clusters gathered beyond the seed; may be empty.
-    cylinder : Cylinder or None
-        None unless enough clusters lie on it to be sure.
+    Returns ``found``: clusters gathered beyond the seed; may be empty; ``cylinder``: None unless
+    enough clusters lie on it to be sure.
     """
     members = set(seed)
     rough = fit_cylinder(patch_of(clusters, seed))

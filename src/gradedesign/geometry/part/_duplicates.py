@@ -13,15 +13,9 @@ def drop_duplicates(faces: IntArray) -> tuple[IntArray, int]:
 
     Facets over the same three vertices belong to two bodies where every edge around them has an
     even number of facets with all of them: always if they face each other, and if they face the
-    same way unless one of each closes as well.
+    same way unless one of each closes as well. Returns ``faces (k, 3)``.
 
-    Parameters
-    ----------
-    faces : (m, 3) int array
-
-    Returns
-    -------
-    faces : (k, 3) int array
+    ``faces (m, 3)``.
     """
     if len(np.unique(np.sort(faces, axis=1), axis=0)) == len(faces):
         return faces, 0
@@ -67,11 +61,7 @@ def facing_pairs(faces: IntArray, shell: IntArray) -> BoolArray:
 
     Both go without opening the shell: it is folded onto itself there.
 
-    Parameters
-    ----------
-    faces : (m, 3) int array
-    shell : (m,) int array
-        Of every facet.
+    ``faces (m, 3)``. ``shell (m,)``: of every facet.
     """
     key = np.column_stack([shell, np.sort(faces, axis=1)])
     index = np.unique(key, axis=0, return_inverse=True)[1].ravel()

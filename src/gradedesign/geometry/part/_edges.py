@@ -16,32 +16,18 @@ from gradedesign.errors import PartError
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Edges:
-    """Undirected edges of a surface and the facets around them.
+    """Undirected edges of a surface and the facets around them."""
 
-    Attributes
-    ----------
-    count : (e,) int array
-        Facets at each edge: 1 is open, 2 is manifold.
-    ends : (e, 2) int array
-        Vertices, the smaller first.
-    edge_of : (3 m,) int array
-        Edge of each facet side; side ``k * m + f`` is facet f's edge from corner k to k + 1.
-    forward : (3 m,) bool array
-        Whether the facet runs along the edge from its smaller vertex to its larger.
-    pairs : (p, 2) int array
-        Facets on both sides of every manifold edge.
-    pair_edge : (p,) int array
-        Those edges.
-    pair_consistent : (p,) bool array
-        Whether the two facets run along the edge in opposite ways, as they should.
-    """
-
-    count: IntArray
-    ends: IntArray
+    count: IntArray  #: ``(e,)``. Facets at each edge: 1 is open, 2 is manifold.
+    ends: IntArray  #: ``(e, 2)``. Vertices, the smaller first.
+    #: ``(3 m,)``. Edge of each facet side; side ``k * m + f`` is facet f's edge from corner k to k
+    #: + 1.
     edge_of: IntArray
+    #: ``(3 m,)``. Whether the facet runs along the edge from its smaller vertex to its larger.
     forward: BoolArray
-    pairs: IntArray
-    pair_edge: IntArray
+    pairs: IntArray  #: ``(p, 2)``. Facets on both sides of every manifold edge.
+    pair_edge: IntArray  #: ``(p,)``. Those edges.
+    #: ``(p,)``. Whether the two facets run along the edge in opposite ways, as they should.
     pair_consistent: BoolArray
 
 
@@ -104,11 +90,7 @@ def orient_consistently(vertices: FloatArray, faces: IntArray, source: str) -> t
     Every facet gets two nodes, as it is and flipped; an edge joins the nodes that agree. A
     shell then falls into two halves, the two ways to orient it, or into one if it is one-sided.
 
-    Raises PartError if a shell is one-sided, like a Moebius strip.
-
-    Returns
-    -------
-    faces : (m, 3) int array
+    Raises PartError if a shell is one-sided, like a Moebius strip. Returns ``faces (m, 3)``.
     """
     edges = face_edges(faces)
     if edges.pair_consistent.all():

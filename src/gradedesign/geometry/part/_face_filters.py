@@ -44,42 +44,23 @@ RANGE_SHARE = 0.001
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FacedPart:
-    """A surface with its faces, and what the filters need of them.
-
-    Attributes
-    ----------
-    surface : SurfaceMesh
-    faces : SmoothFaces
-    corners : tuple of (k, 3, 3) arrays, mm
-        Triangles of every face.
-    lower, upper : (3,) arrays, mm
-        Bounding box.
-    diagonal : float, mm
-    """
+    """A surface with its faces, and what the filters need of them."""
 
     surface: SurfaceMesh
     faces: SmoothFaces
-    corners: tuple[FloatArray, ...]
-    lower: FloatArray
-    upper: FloatArray
-    diagonal: float
+    corners: tuple[FloatArray, ...]  #: Each ``(k, 3, 3)``, mm. Triangles of every face.
+    lower: FloatArray  #: ``(3,)``, mm. Bounding box.
+    upper: FloatArray  #: ``(3,)``, mm. Bounding box.
+    diagonal: float  #: mm.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Match:
-    """Match of every face with one key of a region.
+    """Match of every face with one key of a region."""
 
-    Attributes
-    ----------
-    key : str
-        In words, for messages.
-    fits : (f,) bool array
-    miss : (f,) array
-        How far a face is from fitting: 0 where it fits, about 1 where it is hopeless.
-    """
-
-    key: str
-    fits: BoolArray
+    key: str  #: In words, for messages.
+    fits: BoolArray  #: ``(f,)``.
+    #: ``(f,)``. How far a face is from fitting: 0 where it fits, about 1 where it is hopeless.
     miss: FloatArray
 
 

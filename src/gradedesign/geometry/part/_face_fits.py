@@ -41,50 +41,26 @@ _ROUND = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Patch:
-    """Geometry of a set of facets.
+    """Geometry of a set of facets."""
 
-    Attributes
-    ----------
-    points : (n, 3) array, mm
-        Vertices.
-    centres : (m, 3) array, mm
-        Centroids of the facets.
-    normals : (m, 3) array
-        Unit outward normals.
-    areas : (m,) array, mm^2
-    """
-
-    points: FloatArray
-    centres: FloatArray
-    normals: FloatArray
-    areas: FloatArray
+    points: FloatArray  #: ``(n, 3)``, mm. Vertices.
+    centres: FloatArray  #: ``(m, 3)``, mm. Centroids of the facets.
+    normals: FloatArray  #: ``(m, 3)``. Unit outward normals.
+    areas: FloatArray  #: ``(m,)``, mm^2.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Cylinder:
-    """A cylinder or a cone through the vertices of a patch.
+    """A cylinder or a cone through the vertices of a patch."""
 
-    Attributes
-    ----------
-    axis : (3,) array
-        Unit vector; its largest component is positive, or it points to where a cone is wide.
-    point : (3,) array, mm
-        On the axis, halfway along the patch.
-    radius : float, mm
-        At that point.
-    deviation : float, mm
-        Largest distance of a vertex from the surface.
-    concave : bool
-        True where the outward normals point to the axis: a hole.
-    rise : float
-        Of the radius along the axis: the tangent of a cone's half angle; 0 of a cylinder.
-    """
-
+    #: ``(3,)``. Unit vector; its largest component is positive, or it points to where a cone is
+    #: wide.
     axis: FloatArray
-    point: FloatArray
-    radius: float
-    deviation: float
-    concave: bool
+    point: FloatArray  #: ``(3,)``, mm. On the axis, halfway along the patch.
+    radius: float  #: mm. At that point.
+    deviation: float  #: mm. Largest distance of a vertex from the surface.
+    concave: bool  #: True where the outward normals point to the axis: a hole.
+    #: Of the radius along the axis: the tangent of a cone's half angle; 0 of a cylinder.
     rise: float = 0.0
 
 
@@ -144,12 +120,7 @@ def cylinder_through(
 
     Returns tuple or None: none where the facets are flat.
 
-    Parameters
-    ----------
-    points : (n, 3) array, mm
-    normals : (m, 3) array
-        Unit normals of the facets.
-    areas : (m,) array, mm^2
+    ``points (n, 3)``, mm. ``normals (m, 3)``: unit normals of the facets. ``areas (m,)``, mm^2.
     """
     weight = areas / areas.sum()
     for _ in range(4):

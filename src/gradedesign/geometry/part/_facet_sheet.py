@@ -35,27 +35,14 @@ FindT = TypeVar("FindT", bound=_Find)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FacetSheet:
-    """Facets of a surface with their neighbours.
-
-    Attributes
-    ----------
-    corners : (m, 3, 3) array, mm
-    pairs : (e, 2) int array
-        Facets that share an edge.
-    lengths : (e,) array, mm
-        Of these edges.
-    around : tuple of int arrays
-        Neighbours of each facet but across sharp edges.
-    flat : (m,) bool array
-        Facets of large flat faces, which no search takes.
-    """
+    """Facets of a surface with their neighbours."""
 
     clusters: Clusters
-    corners: FloatArray
-    pairs: IntArray
-    lengths: FloatArray
-    around: tuple[IntArray, ...]
-    flat: BoolArray
+    corners: FloatArray  #: ``(m, 3, 3)``, mm.
+    pairs: IntArray  #: ``(e, 2)``. Facets that share an edge.
+    lengths: FloatArray  #: ``(e,)``, mm. Of these edges.
+    around: tuple[IntArray, ...]  #: Neighbours of each facet but across sharp edges.
+    flat: BoolArray  #: ``(m,)``. Facets of large flat faces, which no search takes.
 
 
 def large_flat(clusters: Clusters, label: IntArray, kinds: list[str]) -> BoolArray:
@@ -94,14 +81,9 @@ def from_seeds(
 ) -> list[FindT]:
     """Faces that ``find`` grows from the facets around seeds, the largest facets first.
 
-    Parameters
-    ----------
-    free : (m,) bool array
-        Facets that may be seeds.
-    taken : (m,) bool array
-        Facets of other faces, which are not looked at beside a seed.
-    find : callable
-        From facets, the seed first, to a face that holds ``facets``, or None.
+    ``free (m,)``: facets that may be seeds. ``taken (m,)``: facets of other faces, which are not
+    looked at beside a seed. ``find``: from facets, the seed first, to a face that holds ``facets``,
+    or None.
     """
     free = free.copy()
     seeds = np.flatnonzero(free)

@@ -20,20 +20,11 @@ _BESIDE = 10.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Unfolded:
-    """Closed manifold shells that enclose something.
+    """Closed manifold shells that enclose something."""
 
-    Attributes
-    ----------
-    vertices : (n, 3) array, mm
-    parts : tuple of (k, 3) int arrays
-        Facets of each shell.
-    removed : int
-        Facets in pairs that faced each other.
-    """
-
-    vertices: FloatArray
-    parts: tuple[IntArray, ...]
-    removed: int
+    vertices: FloatArray  #: ``(n, 3)``, mm.
+    parts: tuple[IntArray, ...]  #: Each ``(k, 3)``. Facets of each shell.
+    removed: int  #: Facets in pairs that faced each other.
     notes: tuple[str, ...]
 
 
@@ -46,13 +37,8 @@ def unfolded_shells(
 
     Raises PartError if the surface does not close.
 
-    Parameters
-    ----------
-    vertices : (n, 3) array, mm
-    faces : (m, 3) int array
-        Consistently oriented.
-    margin : float, mm
-        A shell thinner than this encloses nothing.
+    ``vertices (n, 3)``, mm. ``faces (m, 3)``: consistently oriented. ``margin``, mm: a shell
+    thinner than this encloses nothing.
     """
     points, shells, label = manifold_shells(vertices, faces, tolerance=margin, source=source)
     flat = flat_shells(points, split_by(label, shells), margin)

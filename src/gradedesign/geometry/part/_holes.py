@@ -24,23 +24,14 @@ _MISSING_SHARE = 0.05
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Rim:
-    """The edges around one hole.
+    """The edges around one hole."""
 
-    Attributes
-    ----------
-    loop : tuple of int
-        Vertices in the order in which a facet that fills the hole runs; empty if the rim
-        is not a simple loop.
-    size : int
-        Number of edges.
-    perimeter : float, mm
-    centroid : (3,) array, mm
-    """
-
+    #: Vertices in the order in which a facet that fills the hole runs; empty if the rim is not a
+    #: simple loop.
     loop: tuple[int, ...]
-    size: int
-    perimeter: float
-    centroid: FloatArray
+    size: int  #: Number of edges.
+    perimeter: float  #: mm.
+    centroid: FloatArray  #: ``(3,)``, mm.
 
 
 def find_rims(vertices: FloatArray, faces: IntArray) -> tuple[Rim, ...]:

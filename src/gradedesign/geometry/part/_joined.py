@@ -31,25 +31,13 @@ _LISTED = 3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Settled:
-    """Shells after what touched was joined or set apart.
+    """Shells after what touched was joined or set apart."""
 
-    Attributes
-    ----------
-    vertices : (n, 3) array, mm
-    parts : tuple of (k, 3) int arrays
-    area : float, mm^2
-        Of the common faces of different solids.
-    joined : int
-        Solids that were joined with others, or with themselves.
-    words : str
-        Which solids touch, for a message; empty where none do any more.
-    """
-
-    vertices: FloatArray
-    parts: tuple[IntArray, ...]
-    area: float = 0.0
-    joined: int = 0
-    words: str = ""
+    vertices: FloatArray  #: ``(n, 3)``, mm.
+    parts: tuple[IntArray, ...]  #: Each ``(k, 3)``.
+    area: float = 0.0  #: mm^2. Of the common faces of different solids.
+    joined: int = 0  #: Solids that were joined with others, or with themselves.
+    words: str = ""  #: Which solids touch, for a message; empty where none do any more.
     notes: tuple[str, ...] = ()
 
 

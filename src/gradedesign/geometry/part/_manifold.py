@@ -26,13 +26,8 @@ def manifold_shells(
 
     Raises PartError if facets do not run along an edge as often one way as the other.
 
-    Parameters
-    ----------
-    vertices : (n, 3) array, mm
-    faces : (m, 3) int array
-        Consistently oriented.
-    tolerance : float, mm
-        Within which facets coincide.
+    ``vertices (n, 3)``, mm. ``faces (m, 3)``: consistently oriented. ``tolerance``, mm: within
+    which facets coincide.
 
     Returns
     -------

@@ -19,18 +19,10 @@ _TOUCHING, _MOST_TOUCHING = 1e-6, 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Nesting:
-    """Relations between shells.
+    """Relations between shells."""
 
-    Attributes
-    ----------
-    inside : (s, s) bool array
-        ``inside[i, j]``: shell i lies wholly inside shell j.
-    overlap : (s, s) bool array
-        Symmetric: the surfaces of i and j cross.
-    """
-
-    inside: BoolArray
-    overlap: BoolArray
+    inside: BoolArray  #: ``(s, s)``. ``inside[i, j]``: shell i lies wholly inside shell j.
+    overlap: BoolArray  #: ``(s, s)``. Symmetric: the surfaces of i and j cross.
 
 
 def shell_volume(vertices: FloatArray, faces: IntArray) -> float:
@@ -157,14 +149,8 @@ def unite(
     Raises PartError if the void of one solid crosses another solid, a shell is not manifold, or
     nothing is left.
 
-    Parameters
-    ----------
-    parts : sequence of (k, 3) int array
-        Solids outward, voids reversed.
-    kept : (s,) bool array
-        Which shells bound material.
-    sign : (s,) int array
-        +1 solid, -1 void.
+    ``parts``, each ``(k, 3)``: solids outward, voids reversed. ``kept (s,)``: which shells bound
+    material. ``sign (s,)``: +1 solid, -1 void.
     """
     import manifold3d
 

@@ -22,18 +22,9 @@ def join_seams(vertices: FloatArray, faces: IntArray, tolerance: float) -> tuple
 
     A writer that leaves out facets without area leaves edges that meet several shorter ones.
     Nothing is missing there; split, the facets meet edge by edge, and no point moves by more than
-    the tolerance.
+    the tolerance. Returns ``faces (k, 3)``: as they came where fewer edges would not be odd.
 
-    Parameters
-    ----------
-    vertices : (n, 3) array, mm
-    faces : (m, 3) int array
-    tolerance : float, mm
-
-    Returns
-    -------
-    faces : (k, 3) int array
-        As they came where fewer edges would not be odd.
+    ``vertices (n, 3)``, mm. ``faces (m, 3)``. ``tolerance``, mm.
     """
     edges = face_edges(faces)
     open_side = np.flatnonzero(edges.count[edges.edge_of] == 1)

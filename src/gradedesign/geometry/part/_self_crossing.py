@@ -33,20 +33,11 @@ _CUT = 0.5 + 0.2 / np.pi**2
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Uncrossed:
-    """Shells of which none passes through itself to speak of.
+    """Shells of which none passes through itself to speak of."""
 
-    Attributes
-    ----------
-    vertices : (n, 3) array, mm
-    parts : tuple of (k, 3) int arrays
-        Facets of each closed shell.
-    united : int
-        Shells that were united with themselves.
-    """
-
-    vertices: FloatArray
-    parts: tuple[IntArray, ...]
-    united: int
+    vertices: FloatArray  #: ``(n, 3)``, mm.
+    parts: tuple[IntArray, ...]  #: Each ``(k, 3)``. Facets of each closed shell.
+    united: int  #: Shells that were united with themselves.
     notes: tuple[str, ...]
 
 
@@ -57,13 +48,8 @@ def uncross_shells(
 
     Raises PartError if such a shell is partly inside out, or cannot be united.
 
-    Parameters
-    ----------
-    vertices : (n, 3) array, mm
-    parts : sequence of (k, 3) int array
-        Facets of each closed, consistently oriented shell.
-    margin : float, mm
-        Depth up to which facets only touch.
+    ``vertices (n, 3)``, mm. ``parts``, each ``(k, 3)``: facets of each closed, consistently
+    oriented shell. ``margin``, mm: depth up to which facets only touch.
     """
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     outward = [part if shell_volume(vertices, part) >= 0.0 else part[:, ::-1] for part in parts]

@@ -20,26 +20,15 @@ _FRAGMENTS_SHARE = 1e-2
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ShellRoles:
-    """The part each shell plays, ``(s,)`` arrays.
+    """The part each shell plays, ``(s,)`` arrays."""
 
-    Attributes
-    ----------
-    sign : int array
-        +1 for shells that add material, -1 for those that take it.
-    inverted : bool array
-        Turned around, since the file has them inside out.
-    fragment, ignored, cut : bool arrays
-        Dropped as too small; dropped inside a solid; a hole that reaches out of the solid.
-    kept : bool array
-        Bounds material.
-    """
-
-    sign: IntArray
-    inverted: BoolArray
+    sign: IntArray  #: +1 for shells that add material, -1 for those that take it.
+    inverted: BoolArray  #: Turned around, since the file has them inside out.
+    #: Dropped as too small; dropped inside a solid; a hole that reaches out of the solid.
     fragment: BoolArray
-    ignored: BoolArray
-    cut: BoolArray
-    kept: BoolArray
+    ignored: BoolArray  #: As `fragment`.
+    cut: BoolArray  #: As `fragment`.
+    kept: BoolArray  #: Bounds material.
 
 
 def shell_roles(
@@ -47,13 +36,8 @@ def shell_roles(
 ) -> ShellRoles:
     """Role of each shell, from the relative positions of the shells.
 
-    Parameters
-    ----------
-    volumes : (s,) array, mm^3
-    sign, inverted : (s,) arrays
-        As `outward_signs` returns them.
-    touching : (s, s) bool array
-        Which shells have faces in common.
+    ``volumes (s,)``, mm^3. ``sign``, ``inverted``, each ``(s,)``: as `outward_signs` returns them.
+    ``touching (s, s)``: which shells have faces in common.
     """
     fragment = _fragments(_clusters(nesting.inside | nesting.overlap | touching), volumes)
     outside = _outside(nesting, sign)

@@ -24,22 +24,12 @@ from gradedesign.geometry.part._touching import Touches, find_touches, own_verti
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SolidShells:
-    """The surface that bounds the material, with counts of the changes made to obtain it.
+    """The surface that bounds the material, with counts of the changes made to obtain it."""
 
-    Attributes
-    ----------
-    vertices : (n, 3) array, mm
-    faces : (m, 3) int array
-    counts : mapping of str to int
-        Keys as in ``RepairReport``.
-    common_area : float, mm^2
-        Of the faces in which solids touch.
-    """
-
-    vertices: FloatArray
-    faces: IntArray
-    counts: Mapping[str, int]
-    common_area: float
+    vertices: FloatArray  #: ``(n, 3)``, mm.
+    faces: IntArray  #: ``(m, 3)``.
+    counts: Mapping[str, int]  #: Keys as in ``RepairReport``.
+    common_area: float  #: mm^2. Of the faces in which solids touch.
     warnings: tuple[str, ...]
 
 
@@ -103,20 +93,12 @@ def settle_shells(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Shells:
-    """Shells that bound material, outward, voids reversed, without common vertices.
+    """Shells that bound material, outward, voids reversed, without common vertices."""
 
-    Attributes
-    ----------
-    vertices : (n, 3) array, mm
-    parts : list of (k, 3) int array
-    crossing : (s,) bool array
-        Which overlap others.
-    """
-
-    vertices: FloatArray
-    parts: list[IntArray]
+    vertices: FloatArray  #: ``(n, 3)``, mm.
+    parts: list[IntArray]  #: Each ``(k, 3)``.
     nesting: Nesting
-    crossing: BoolArray
+    crossing: BoolArray  #: ``(s,)``. Which overlap others.
     touches: Touches
 
     @property

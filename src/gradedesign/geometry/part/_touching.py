@@ -23,27 +23,16 @@ _SAMPLES = 3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Touches:
-    """Pairs of facets that lie on each other.
+    """Pairs of facets that lie on each other."""
 
-    Attributes
-    ----------
-    shells : (2, k) int array
-        Shell of the first and of the second facet of each pair.
-    facets : (2, k) int array
-        Their numbers within their shells.
-    moves : (k,) int array
-        0 or 1: which of the two is in a patch of facets that is covered to the larger share.
-    area : (k,) array, mm^2
-    distance : (k,) array, mm
-    middle : (k, 3) array, mm
-    """
-
-    shells: IntArray
-    facets: IntArray
+    shells: IntArray  #: ``(2, k)``. Shell of the first and of the second facet of each pair.
+    facets: IntArray  #: ``(2, k)``. Their numbers within their shells.
+    #: ``(k,)``. 0 or 1: which of the two is in a patch of facets that is covered to the larger
+    #: share.
     moves: IntArray
-    area: FloatArray
-    distance: FloatArray
-    middle: FloatArray
+    area: FloatArray  #: ``(k,)``, mm^2.
+    distance: FloatArray  #: ``(k,)``, mm.
+    middle: FloatArray  #: ``(k, 3)``, mm.
 
     def matrix(self, count: int) -> BoolArray:
         """Which of so many shells have faces in common, ``(s, s)``."""
@@ -102,13 +91,8 @@ def find_touches(vertices: FloatArray, parts: Sequence[IntArray], margin: float)
     Facets on both sides of a wall without thickness lie on each other as well, between air and air:
     these are left out.
 
-    Parameters
-    ----------
-    vertices : (n, 3) array, mm
-    parts : sequence of (k, 3) int array
-        Facets of each shell, outward, voids reversed; shells have no common vertices.
-    margin : float, mm
-        Within which facets lie on each other.
+    ``vertices (n, 3)``, mm. ``parts``, each ``(k, 3)``: facets of each shell, outward, voids
+    reversed; shells have no common vertices. ``margin``, mm: within which facets lie on each other.
     """
     faces = np.concatenate(parts)
     size = np.array([len(part) for part in parts])

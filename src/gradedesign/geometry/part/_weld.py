@@ -65,12 +65,7 @@ def weld(corners: FloatArray, tolerance: float, source: str) -> tuple[FloatArray
 
     Raises PartError if nearly all corners lie within the tolerance of each other.
 
-    Parameters
-    ----------
-    corners : (m, 3, 3) array, mm
-    tolerance : float, mm
-    source : str
-        Name for messages.
+    ``corners (m, 3, 3)``, mm. ``tolerance``, mm. ``source``: name for messages.
 
     Returns
     -------
@@ -106,13 +101,9 @@ def thickness(vertices: FloatArray) -> float:
 def drop_degenerate(vertices: FloatArray, faces: IntArray, diagonal: float) -> tuple[IntArray, int]:
     """Remove facets without area, keeping the surface closed.
 
-    A facet with two equal corners just goes. One with three distinct corners on a line may
-    be what holds its neighbours together; then the neighbour across its longest edge is
-    split instead (an edge flip), which moves no geometry.
-
-    Returns
-    -------
-    faces : (k, 3) int array
+    A facet with two equal corners just goes. One with three distinct corners on a line may be what
+    holds its neighbours together; then the neighbour across its longest edge is split instead (an
+    edge flip), which moves no geometry. Returns ``faces (k, 3)``.
     """
     a, b, c = faces.T
     distinct = faces[(a != b) & (b != c) & (c != a)]

@@ -44,11 +44,7 @@ def bodies_with(surface: SurfaceMesh, triangles: IntArray) -> SurfaceMesh:
 
     Raises CaseError if these are all bodies of the part.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        Closed; its shells share no vertices.
-    triangles : (k,) int array
+    ``surface``: closed; its shells share no vertices. ``triangles (k,)``.
     """
     body = body_of_triangles(surface)
     selected = np.isin(body, body[triangles])

@@ -14,18 +14,10 @@ from gradedesign.geometry.part.smooth_faces import SmoothFace
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Bore:
-    """A cylindrical hole.
+    """A cylindrical hole."""
 
-    Attributes
-    ----------
-    axis : (3,) array
-        Unit vector.
-    point : (3,) array, mm
-        On the axis.
-    """
-
-    axis: FloatArray
-    point: FloatArray
+    axis: FloatArray  #: ``(3,)``. Unit vector.
+    point: FloatArray  #: ``(3,)``, mm. On the axis.
 
     def __post_init__(self) -> None:
         lock(self, axis=(3,), point=(3,))

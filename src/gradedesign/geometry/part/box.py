@@ -13,9 +13,7 @@ def box_surface(size: tuple[float, float, float]) -> SurfaceMesh:
 
     Raises CaseError if a side is not positive and finite.
 
-    Parameters
-    ----------
-    size : (3,) floats, mm
+    ``size``: (3,) floats, mm.
 
     Examples
     --------

@@ -200,13 +200,8 @@ def off_common_planes(cutter: SurfaceMesh, body: SurfaceMesh, *, distance: float
     leaves a film there or patches of one. Moved outward, the cutter reaches through, and one that
     only touches the body no longer does.
 
-    Parameters
-    ----------
-    cutter, body : SurfaceMesh, mm
-        Closed, outward oriented.
-    distance : float, mm
-        A facet of the cutter lies on a plane if its corners are no farther from it; they are moved
-        to this distance outside.
+    ``cutter``, ``body``, mm: closed, outward oriented. ``distance``, mm: a facet of the cutter lies
+    on a plane if its corners are no farther from it; they are moved to this distance outside.
     """
     middle = 0.5 * (body.vertices.min(axis=0) + body.vertices.max(axis=0))
     reach = float(np.linalg.norm(np.ptp(body.vertices, axis=0)))

@@ -33,17 +33,10 @@ _NOISE = 1e-7
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FaceSelector:
-    """Keys of a region and the smooth faces that they find.
+    """Keys of a region and the smooth faces that they find."""
 
-    Attributes
-    ----------
-    faces : tuple of int
-        Numbers of the smooth faces, rising.
-    keys : mapping
-        As a region of the case file states them, with the ``count`` of these faces.
-    """
-
-    faces: tuple[int, ...]
+    faces: tuple[int, ...]  #: Numbers of the smooth faces, rising.
+    #: As a region of the case file states them, with the ``count`` of these faces.
     keys: Mapping[str, Any]
 
     @property
@@ -57,12 +50,7 @@ def face_selectors(
 ) -> dict[int, tuple[FaceSelector, ...]]:
     """Selectors of the largest faces of a part.
 
-    Parameters
-    ----------
-    faces : SmoothFaces
-        Of that surface.
-    file_faces : FileFaces, optional
-        Faces of the file on that surface.
+    ``faces``: of that surface. ``file_faces``: faces of the file on that surface.
 
     Returns
     -------

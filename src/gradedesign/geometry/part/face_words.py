@@ -16,23 +16,12 @@ from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FaceWords:
-    """A face of a part in words.
+    """A face of a part in words."""
 
-    Attributes
-    ----------
-    kind : str
-        Such as ``"hole, 9 mm"``.
-    area : float, mm^2
-    facts : tuple of (str, str)
-        Names and values, with units.
-    regions : tuple of (str, str)
-        What a region finds, and its table of the case file.
-    """
-
-    kind: str
-    area: float
-    facts: tuple[tuple[str, str], ...]
-    regions: tuple[tuple[str, str], ...]
+    kind: str  #: Such as ``"hole, 9 mm"``.
+    area: float  #: mm^2.
+    facts: tuple[tuple[str, str], ...]  #: Names and values, with units.
+    regions: tuple[tuple[str, str], ...]  #: What a region finds, and its table of the case file.
 
 
 def described_faces(

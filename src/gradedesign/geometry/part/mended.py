@@ -30,23 +30,12 @@ _VOLUME_SHARE = 0.01
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Mended:
-    """A surface as a repairer returned it.
+    """A surface as a repairer returned it."""
 
-    Attributes
-    ----------
-    corners : (m, 3 corners, 3 coordinates) array, mm
-    counts : mapping of str to int
-        Changes before the repairer's, keys as in ``RepairReport``.
-    changes : mapping of str to int
-        The repairer's.
-    moved : float, mm
-        Farthest that the file's surface lies from it.
-    """
-
-    corners: FloatArray
-    counts: Mapping[str, int]
-    changes: Mapping[str, int]
-    moved: float
+    corners: FloatArray  #: ``(m, 3 corners, 3 coordinates)``, mm.
+    counts: Mapping[str, int]  #: Changes before the repairer's, keys as in ``RepairReport``.
+    changes: Mapping[str, int]  #: The repairer's.
+    moved: float  #: mm. Farthest that the file's surface lies from it.
     notes: tuple[str, ...]
 
 
@@ -56,11 +45,8 @@ def mended(corners: FloatArray, mend: Mend, *, name: str, source: str) -> Mended
     Raises PartError if the answer is open, or its volume is off by more than 1 % and what holes may
     have held. Raises PluginError if the answer is no surface.
 
-    Parameters
-    ----------
-    corners : (m, 3 corners, 3 coordinates) array, mm
-    name, source : str
-        The repairer's and the file's, for messages.
+    ``corners (m, 3 corners, 3 coordinates)``, mm. ``name``, ``source``: the repairer's and the
+    file's, for messages.
     """
     require_finite(corners, source=source)
     vertices, faces, counts = cleaned(corners, core_diagonal(corners), source)

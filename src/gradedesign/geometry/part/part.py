@@ -44,46 +44,24 @@ _NO_BODIES: Mapping[str, BodySpec] = MappingProxyType({})
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Part(ShownRecord):
-    """The solid part.
+    """The solid part."""
 
-    Attributes
-    ----------
-    surface : SurfaceMesh
-        Closed, outward.
-    find_faces : callable
-        Its smooth faces, found when they are asked for first; ``faces`` calls it.
-    file_faces : FileFaces or None
-        Faces, names and colours of the file on the triangles of ``surface``.
-    units : str or None
-        Unit in which the file was read; None for a box.
-    chord_tolerance : float or None, mm
-        Within which the triangles follow the curved faces of the file, where it has them.
-    regions : mapping of str to Region
-        In the order of the case.
-    volume : float, mm^3
-    diagonal : float, mm
-        Of the bounding box.
-    source : str
-        Name of the file, or ``box``.
-    report : RepairReport
-        Repairs, with all warnings of reading.
-    bodies : mapping of BodySpec to SurfaceMesh
-        Closed surfaces of the bodies that the case names.
-    file_bodies : tuple of FileBody
-        Bodies of the file that were subtracted from the part or left out of it.
-    """
-
-    surface: SurfaceMesh
+    surface: SurfaceMesh  #: Closed, outward.
+    #: Its smooth faces, found when they are asked for first; ``faces`` calls it.
     find_faces: Callable[[], SmoothFaces]
+    #: Faces, names and colours of the file on the triangles of ``surface``.
     file_faces: FileFaces | None
-    units: str | None
+    units: str | None  #: Unit in which the file was read; None for a box.
+    #: mm. Within which the triangles follow the curved faces of the file, where it has them.
     chord_tolerance: float | None
-    regions: Mapping[str, Region]
-    volume: float
-    diagonal: float
-    source: str
-    report: RepairReport
+    regions: Mapping[str, Region]  #: In the order of the case.
+    volume: float  #: mm^3.
+    diagonal: float  #: mm. Of the bounding box.
+    source: str  #: Name of the file, or ``box``.
+    report: RepairReport  #: Repairs, with all warnings of reading.
+    #: Closed surfaces of the bodies that the case names.
     bodies: Mapping[BodySpec, SurfaceMesh] = field(default_factory=dict)
+    #: Bodies of the file that were subtracted from the part or left out of it.
     file_bodies: tuple[FileBody, ...] = ()
 
     @property

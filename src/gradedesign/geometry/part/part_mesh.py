@@ -44,17 +44,10 @@ _THIN = 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RegionFacets:
-    """Boundary facets of a tetrahedral mesh that represent a region.
+    """Boundary facets of a tetrahedral mesh that represent a region."""
 
-    Attributes
-    ----------
-    facets : (k, 3) int array
-        Vertex indices, counter-clockwise seen from outside.
-    area : float, mm^2
-    """
-
-    facets: IntArray
-    area: float
+    facets: IntArray  #: ``(k, 3)``. Vertex indices, counter-clockwise seen from outside.
+    area: float  #: mm^2.
 
     def __post_init__(self) -> None:
         lock(self, dtype=np.int64, facets=(None, 3))
@@ -123,13 +116,8 @@ def box_part_mesh(
 
     Raises CaseError if a length is not positive.
 
-    Parameters
-    ----------
-    size : (3,) floats, mm
-    mesh_size : float, mm
-        No edge of a brick is longer.
-    through : sequence of (..., 3) array_likes, mm
-        Points of regions: where they begin and end, bricks do.
+    ``size``: (3,) floats, mm. ``mesh_size``, mm: no edge of a brick is longer. ``through``:
+    sequence of (..., 3) array_likes, mm; points of regions: where they begin and end, bricks do.
 
     Examples
     --------
@@ -203,12 +191,9 @@ def region_facets(mesh: TetMesh, corners: ArrayLike, *, tolerance: float) -> Reg
     Returns RegionFacets: may be empty: check with :func:`check_region_area`. Raises MeshError if
     the region has no triangle.
 
-    Parameters
-    ----------
-    corners : (k, 3 corners, 3 coordinates) array_like, mm
-        Triangles of the region, counter-clockwise seen from outside.
-    tolerance : float, mm
-        More than the mesh's distance from the surface, less than the part's thickness.
+    ``corners (k, 3 corners, 3 coordinates)``, mm: triangles of the region, counter-clockwise seen
+    from outside. ``tolerance``, mm: more than the mesh's distance from the surface, less than the
+    part's thickness.
     """
     triangles = locked(corners, (None, 3, 3), name="corners")
     tree = build_triangle_tree(triangles)
@@ -242,8 +227,8 @@ def check_region_area(
     Facets end at the edges of the part, but run across the border that a clipping box cuts, where
     each counts as a whole or not at all. Its error is then spread evenly over half its area to
     either side, with a standard deviation of 1/sqrt(12) of it. A cut of length L crosses 2/pi of
-    the length of edges per area, times L (Crofton), which for equilateral facets of edge e are
-    4 sqrt(3)/pi L/e facets. Four deviations of their sum are allowed.
+    the length of edges per area, times L (Crofton), which for equilateral facets of edge e are 4
+    sqrt(3)/pi L/e facets. Four deviations of their sum are allowed. Raises `MeshError`.
 
     Parameters
     ----------
@@ -254,10 +239,6 @@ def check_region_area(
         Largest relative difference.
     cut_length : float, mm
         Length of the region's border that no edge of the part follows.
-
-    Raises
-    ------
-    MeshError
     """
     facet = region.area / max(len(region.facets), 1)
     edge = math.sqrt(4.0 / math.sqrt(3.0) * facet)  # of an equilateral triangle

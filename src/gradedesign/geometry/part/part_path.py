@@ -21,14 +21,8 @@ def resolve_part_file(text: str, *, folder: Path, allow_outside: bool) -> Path:
     an address or abbreviation, does not exist, is no file, or has no suffix: which ones are read is
     the installed readers' to say.
 
-    Parameters
-    ----------
-    text : str
-        As written in the case.
-    folder : Path
-        Folder of the case; relative paths start there.
-    allow_outside : bool
-        Whether the file may lie elsewhere.
+    ``text``: as written in the case. ``folder``: folder of the case; relative paths start there.
+    ``allow_outside``: whether the file may lie elsewhere.
     """
     path, exists, is_file = _followed(text, folder=folder, allow_outside=allow_outside)
     if not PurePosixPath(text).suffix:
@@ -49,6 +43,8 @@ def resolve_data_file(
 ) -> Path:
     """Turn the name of a data file, such as a density map, into its path.
 
+    Raises `ValueError` as for `resolve_part_file`.
+
     Parameters
     ----------
     text : str
@@ -57,11 +53,6 @@ def resolve_data_file(
         As for `resolve_part_file`.
     suffixes : tuple of str
         Lower case; others are refused.
-
-    Raises
-    ------
-    ValueError
-        As for `resolve_part_file`.
     """
     path, exists, is_file = _followed(text, folder=folder, allow_outside=allow_outside)
     if PurePosixPath(text).suffix.lower() not in suffixes:
@@ -77,10 +68,7 @@ def resolve_data_file(
 def resolve_data_folder(text: str, *, folder: Path, allow_outside: bool) -> Path:
     """Turn the name of a folder of data, such as an image stack, into its path.
 
-    Raises
-    ------
-    ValueError
-        As for `resolve_data_file`.
+    Raises `ValueError` as for `resolve_data_file`.
     """
     path, exists, is_file = _followed(text, folder=folder, allow_outside=allow_outside)
     if not exists or is_file:

@@ -140,10 +140,7 @@ class PartSpec(Table):
     def element_size(self) -> float:
         """`mesh_size` as stated or, once the part is read, as it follows from that, mm.
 
-        Raises
-        ------
-        CaseError
-            Before the part is read, where the case states none.
+        Raises `CaseError` before the part is read, where the case states none.
         """
         if self.mesh_size is None:
             raise CaseError("part.mesh_size is neither stated nor derived from the part yet")

@@ -157,9 +157,7 @@ class KeepSpec(PlaceSpec):
 def require_one(table: Table, keys: tuple[str, ...]) -> None:
     """Refuse a table that states none or several of these keys.
 
-    Raises
-    ------
-    Refused
+    Raises `Refused`.
     """
     stated_keys = [key for key in keys if getattr(table, key) is not None]
     if len(stated_keys) != 1:

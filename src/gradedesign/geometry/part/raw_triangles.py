@@ -112,14 +112,8 @@ def in_mm(raw: RawTriangles, unit: str, source: str) -> RawTriangles:
     Raises CaseError if the unit is unknown. Raises PartError if there are no triangles, their range
     is absurd, or their faces do not belong to them.
 
-    Parameters
-    ----------
-    raw : RawTriangles
-        Its own unit is not looked at.
-    unit : str
-        A key of `UNIT_MM`.
-    source : str
-        Name of the file, for messages.
+    ``raw``: its own unit is not looked at. ``unit``: a key of `UNIT_MM`. ``source``: name of the
+    file, for messages.
     """
     if unit not in UNIT_MM:
         raise CaseError(f"unit {unit!r} of {source} is unknown; use one of {', '.join(UNIT_MM)}")

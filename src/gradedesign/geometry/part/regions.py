@@ -33,33 +33,19 @@ _EQUAL = 1e-12
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Region:
-    """Selected triangles of a part's surface.
-
-    Attributes
-    ----------
-    name : str
-    triangles : (k,) int array
-        Triangle of the surface that each piece belongs to.
-    corners : (k, 3 corners, 3 coordinates) array, mm
-        The pieces: whole triangles, or what a clipping box leaves of them.
-    area : float, mm^2
-    centroid : (3,) array, mm
-    faces : tuple of int
-        The smooth faces they belong to.
-    cut_length : float, mm
-        Length of its border that a clipping box cut: no edge of the part runs there.
-    bore : Bore or None
-        The bore that it is the wall of, or some of it.
-    """
+    """Selected triangles of a part's surface."""
 
     name: str
-    triangles: IntArray
+    triangles: IntArray  #: ``(k,)``. Triangle of the surface that each piece belongs to.
+    #: ``(k, 3 corners, 3 coordinates)``, mm. The pieces: whole triangles, or what a clipping box
+    #: leaves of them.
     corners: FloatArray
-    area: float
-    centroid: FloatArray
-    faces: tuple[int, ...]
+    area: float  #: mm^2.
+    centroid: FloatArray  #: ``(3,)``, mm.
+    faces: tuple[int, ...]  #: The smooth faces they belong to.
+    #: mm. Length of its border that a clipping box cut: no edge of the part runs there.
     cut_length: float = 0.0
-    bore: Bore | None = None
+    bore: Bore | None = None  #: The bore that it is the wall of, or some of it.
 
     def __post_init__(self) -> None:
         lock(self, dtype=np.int64, triangles=(None,))
@@ -90,12 +76,7 @@ def select_regions(
     is the whole surface, breaks its ``count`` or ``area``, or refers to itself or to a region that
     does not exist.
 
-    Parameters
-    ----------
-    faces : SmoothFaces
-        Of that surface.
-    file_faces : FileFaces, optional
-        Faces of the file on that surface.
+    ``faces``: of that surface. ``file_faces``: faces of the file on that surface.
     """
     part = faced_part(surface, faces)
     done: dict[str, _Selection] = {}

@@ -40,57 +40,33 @@ _FAR = 1e3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RepairReport:
-    """Report on the changes between the file and the surface.
-
-    Attributes
-    ----------
-    vertices_welded : int
-        Distinct points that were joined to a neighbour within the tolerance.
-    weld_tolerance : float, mm
-    facets_split : int
-        On whose open edges corners of others lie, within the tolerance of welding.
-    facets_flipped : int
-        To agree with their neighbours.
-    shells_inverted : int
-        Shells that were inside out as a whole.
-    shells_ignored : int
-        Shells inside a solid that run the same way round as it.
-    shells_united : int
-        Shells that overlapped each other or themselves, or that a reversed shell cut.
-    fragments_dropped : int
-        Disconnected components under 0.1 % of the volume of the largest, together under 1 % of the
-        part's.
-    facets_folded : int
-        Of one body, in pairs that faced each other.
-    touching_edges : int
-        Edges at which more than two facets meet.
-    bodies_joined : int
-        Solids with common faces that were united, and bodies that touched themselves.
-    common_area : float, mm^2
-        Of the faces in which solids of the file touch.
-    repairer : mapping of str to int
-        Changes that the repairer of a plugin counts.
-    """
+    """Report on the changes between the file and the surface."""
 
     facets_read: int
     facets_kept: int
-    vertices_welded: int
-    weld_tolerance: float
+    vertices_welded: int  #: Distinct points that were joined to a neighbour within the tolerance.
+    weld_tolerance: float  #: mm.
     degenerate_removed: int = 0
     duplicates_removed: int = 0
+    #: On whose open edges corners of others lie, within the tolerance of welding.
     facets_split: int = 0
-    facets_folded: int = 0
-    facets_flipped: int = 0
-    shells_inverted: int = 0
-    shells_ignored: int = 0
+    facets_folded: int = 0  #: Of one body, in pairs that faced each other.
+    facets_flipped: int = 0  #: To agree with their neighbours.
+    shells_inverted: int = 0  #: Shells that were inside out as a whole.
+    shells_ignored: int = 0  #: Shells inside a solid that run the same way round as it.
+    #: Shells that overlapped each other or themselves, or that a reversed shell cut.
     shells_united: int = 0
+    #: Disconnected components under 0.1 % of the volume of the largest, together under 1 % of the
+    #: part's.
     fragments_dropped: int = 0
     holes_filled: int = 0
-    touching_edges: int = 0
+    touching_edges: int = 0  #: Edges at which more than two facets meet.
+    #: Solids with common faces that were united, and bodies that touched themselves.
     bodies_joined: int = 0
-    common_area: float = 0.0
+    common_area: float = 0.0  #: mm^2. Of the faces in which solids of the file touch.
     bodies: int = 1
     voids: int = 0
+    #: Changes that the repairer of a plugin counts.
     repairer: Mapping[str, int] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
 
@@ -112,7 +88,7 @@ def build_surface(
     """Weld, clean, orient and check triangles.
 
     Raises PartError if the triangles do not bound a solid. Raises CaseError if an option is
-    unknown.
+    unknown. Returns ``surface``: closed; solids outward, voids inward.
 
     Parameters
     ----------
@@ -123,11 +99,6 @@ def build_surface(
         Whether several separate solids are accepted, or those that touch united.
     source : str
         Name for messages.
-
-    Returns
-    -------
-    surface : SurfaceMesh
-        Closed; solids outward, voids inward.
     """
     _require_option("repair", repair, ("safe", "auto"))
     _require_option("bodies", bodies, BODIES)

@@ -26,36 +26,16 @@ KINDS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RoundShapes:
-    """Round shapes of one kind and size along one direction.
+    """Round shapes of one kind and size along one direction."""
 
-    Attributes
-    ----------
-    kind : str
-        One of `KINDS`.
-    diameter : float, mm
-        Of a cylinder; of a cone where it is widest; the width of a slot.
-    axis : (3,) array
-        Unit vector; its largest component is positive.
-    points : (n, 3) array, mm
-        On the axis of each one, halfway along it.
-    count : int
-        Faces, as the key ``count`` of a region counts them.
-    area : float, mm^2
-        Of all faces.
-    half_angle : float or None, degrees
-        Of a cone.
-    length : float or None, mm
-        Of a slot, over its ends.
-    """
-
-    kind: str
-    diameter: float
-    axis: FloatArray
-    points: FloatArray
-    count: int
-    area: float
-    half_angle: float | None = None
-    length: float | None = None
+    kind: str  #: One of `KINDS`.
+    diameter: float  #: mm. Of a cylinder; of a cone where it is widest; the width of a slot.
+    axis: FloatArray  #: ``(3,)``. Unit vector; its largest component is positive.
+    points: FloatArray  #: ``(n, 3)``, mm. On the axis of each one, halfway along it.
+    count: int  #: Faces, as the key ``count`` of a region counts them.
+    area: float  #: mm^2. Of all faces.
+    half_angle: float | None = None  #: degrees. Of a cone.
+    length: float | None = None  #: mm. Of a slot, over its ends.
 
     def __post_init__(self) -> None:
         lock(self, axis=(3,), points=(None, 3))

@@ -37,17 +37,9 @@ def _angles(corners: FloatArray) -> FloatArray:
 def _pseudonormals(surface: SurfaceMesh) -> FloatArray:
     """Normals that give the sign of the distance at faces, edges and corners.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        Closed and consistently oriented.
-
-    Returns
-    -------
-    (m, 7, 3) array
-        By triangle and feature as in `triangle_tree.closest_features`: the face's normal, sums of
-        the two faces' normals at edges 01, 12, 20, angle-weighted sums at corners 0, 1, 2. Not of
-        unit length.
+    ``surface``: closed and consistently oriented. Returns ``(m, 7, 3)``: by triangle and feature as
+    in `triangle_tree.closest_features`: the face's normal, sums of the two faces' normals at edges
+    01, 12, 20, angle-weighted sums at corners 0, 1, 2. Not of unit length.
 
     References
     ----------
@@ -117,10 +109,7 @@ def surface_distance(surface: SurfaceMesh) -> SurfaceDistance:
 
     Raises PartError if the surface is empty, open or turned inside out.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        Closed, consistently oriented, normals pointing out. Cavities are allowed.
+    ``surface``: closed, consistently oriented, normals pointing out. Cavities are allowed.
     """
     open_edges = open_edge_count(surface)
     if len(surface.faces) == 0 or open_edges:
@@ -145,9 +134,7 @@ def region_distance(corners: ArrayLike) -> Field:
     Returns callable: points ``(3, ...)`` in mm to distances ``(...)`` in mm; threaded. Raises
     MeshError if there is no triangle.
 
-    Parameters
-    ----------
-    corners : (k, 3 corners, 3 coordinates) array_like, mm
+    ``corners (k, 3 corners, 3 coordinates)``, mm.
     """
     tree = build_triangle_tree(corners)
 

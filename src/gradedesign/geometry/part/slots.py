@@ -23,29 +23,15 @@ _SAME = 0.03
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Slot:
-    """A slot with round ends.
+    """A slot with round ends."""
 
-    Attributes
-    ----------
-    width : float, mm
-        The diameter of its ends.
-    length : float, mm
-        Over its ends.
-    axis : (3,) array
-        Unit vector across width and length; its largest component is positive.
-    point : (3,) array, mm
-        Its middle.
-    faces : tuple of int
-        The two ends, then the sides and what remeshing left between them.
-    area : float, mm^2
-    """
-
-    width: float
-    length: float
+    width: float  #: mm. The diameter of its ends.
+    length: float  #: mm. Over its ends.
+    #: ``(3,)``. Unit vector across width and length; its largest component is positive.
     axis: FloatArray
-    point: FloatArray
-    faces: tuple[int, ...]
-    area: float
+    point: FloatArray  #: ``(3,)``, mm. Its middle.
+    faces: tuple[int, ...]  #: The two ends, then the sides and what remeshing left between them.
+    area: float  #: mm^2.
 
     def __post_init__(self) -> None:
         lock(self, axis=(3,), point=(3,))

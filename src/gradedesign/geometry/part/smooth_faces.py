@@ -31,42 +31,23 @@ _NOWHERE = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SmoothFace:
-    """One face of the part as an engineer sees it.
+    """One face of the part as an engineer sees it."""
 
-    Attributes
-    ----------
-    kind : {"plane", "cylinder", "cone", "other"}
-    area : float, mm^2
-    centroid : (3,) array, mm
-        Of the triangles; for a hole it lies on its axis.
-    normal : (3,) array or None
-        Area-averaged outward unit normal; None where it averages out.
-    axis : (3,) array or None
-        Of a cylinder or cone: unit vector with its largest component positive.
-    point : (3,) array or None, mm
-        On the axis of a cylinder or cone, halfway along it.
-    diameter : float or None, mm
-        Of a cylinder.
-    concave : bool or None
-        Of a cylinder or cone: True for a hole, False for a boss or a rounded edge.
-    half_angle : float or None, degrees
-        Of a cone: between its axis and its side.
-    wide_diameter : float or None, mm
-        Of a cone: where it is widest.
-    span : float or None, degrees
-        Of a cylinder or cone: how far it goes around its axis, 360 all around.
-    """
-
-    kind: str
-    area: float
-    centroid: FloatArray
+    kind: str  #: "plane", "cylinder", "cone" or "other".
+    area: float  #: mm^2.
+    centroid: FloatArray  #: ``(3,)``, mm. Of the triangles; for a hole it lies on its axis.
+    #: ``(3,)``. Area-averaged outward unit normal; None where it averages out.
     normal: FloatArray | None = None
+    #: ``(3,)``. Of a cylinder or cone: unit vector with its largest component positive.
     axis: FloatArray | None = None
+    #: ``(3,)``, mm. On the axis of a cylinder or cone, halfway along it.
     point: FloatArray | None = None
-    diameter: float | None = None
+    diameter: float | None = None  #: mm. Of a cylinder.
+    #: Of a cylinder or cone: True for a hole, False for a boss or a rounded edge.
     concave: bool | None = None
-    half_angle: float | None = None
-    wide_diameter: float | None = None
+    half_angle: float | None = None  #: degrees. Of a cone: between its axis and its side.
+    wide_diameter: float | None = None  #: mm. Of a cone: where it is widest.
+    #: degrees. Of a cylinder or cone: how far it goes around its axis, 360 all around.
     span: float | None = None
 
     def __post_init__(self) -> None:
@@ -78,18 +59,10 @@ class SmoothFace:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SmoothFaces:
-    """The faces of a surface.
+    """The faces of a surface."""
 
-    Attributes
-    ----------
-    label : (m,) int array
-        Face of every triangle.
-    faces : tuple of SmoothFace
-        In the order of their first triangles.
-    """
-
-    label: IntArray
-    faces: tuple[SmoothFace, ...]
+    label: IntArray  #: ``(m,)``. Face of every triangle.
+    faces: tuple[SmoothFace, ...]  #: In the order of their first triangles.
 
     def __post_init__(self) -> None:
         lock(self, dtype=np.int64, label=(None,))

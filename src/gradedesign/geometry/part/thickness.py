@@ -14,16 +14,8 @@ def chords(
 ) -> tuple[FloatArray, FloatArray]:
     """Distance from points to the nearest crossing of a surface, backward and forward.
 
-    Parameters
-    ----------
-    points : (3, n) array, mm
-    axes : (3, 3) array
-        Columns are orthonormal directions.
-
-    Returns
-    -------
-    backward, forward : (3, n) array, mm
-        By direction; infinite where nothing is crossed.
+    ``points (3, n)``, mm. ``axes (3, 3)``: columns are orthonormal directions. Returns
+    ``backward (3, n)``, ``forward (3, n)``, mm: by direction; infinite where nothing is crossed.
     """
     tree = build_triangle_tree(corner_points(surface))
     backward, forward = (
@@ -43,13 +35,8 @@ def local_thickness(surface: SurfaceMesh, points: FloatArray, axes: FloatArray) 
 
     Returns (k,) array, mm: of the points through which every chord has two ends; k <= n.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        Closed.
-    points : (3, n) array, mm
-    axes : (3, 3) array
-        Columns are the orthonormal directions of the chords.
+    ``surface``: closed. ``points (3, n)``, mm. ``axes (3, 3)``: columns are the orthonormal
+    directions of the chords.
     """
     backward, forward = chords(surface, points, axes)
     length = (backward + forward).min(axis=0)

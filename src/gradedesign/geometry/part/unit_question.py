@@ -55,15 +55,8 @@ def questioning_unit(
 ) -> Iterator[None]:
     """Ask for the unit of a part first where its regions are found in another one only.
 
-    Parameters
-    ----------
-    units : str or None
-        None where the part was read from no file.
-
-    Raises
-    ------
-    CaseError
-        Of a region that is not found, after the question.
+    ``units``: None where the part was read from no file. Raises `CaseError` of a region that is not
+    found, after the question.
     """
     try:
         yield

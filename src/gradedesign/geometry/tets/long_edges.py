@@ -74,10 +74,7 @@ def _is_not_layout(record: logging.LogRecord) -> bool:
 def least_count(volume: float, longest: float) -> float:
     """Tetrahedra that a volume needs at least where no edge is longer: regular ones.
 
-    Parameters
-    ----------
-    volume : float, mm^3
-    longest : float, mm
+    ``volume``, mm^3. ``longest``, mm.
     """
     return 6.0 * math.sqrt(2.0) * volume / longest**3
 

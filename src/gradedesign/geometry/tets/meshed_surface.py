@@ -45,23 +45,14 @@ _SUCCEEDED = "succeeded in"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MeshedSurface:
-    """Tetrahedra of the inside of a surface, checked.
-
-    Attributes
-    ----------
-    report : TetReport
-        Volume, angles and the number of pieces.
-    attempts : tuple of str
-        One line for each attempt; the last one succeeded. Of a mesh from the cache, those of the
-        run that made it.
-    seconds : float
-        Wall time of this call.
-    """
+    """Tetrahedra of the inside of a surface, checked."""
 
     mesh: TetMesh
-    report: TetReport
+    report: TetReport  #: Volume, angles and the number of pieces.
+    #: One line for each attempt; the last one succeeded. Of a mesh from the cache, those of the run
+    #: that made it.
     attempts: tuple[str, ...]
-    seconds: float
+    seconds: float  #: Wall time of this call.
 
 
 def failed_attempts(attempts: Sequence[str]) -> tuple[str, ...]:
@@ -274,9 +265,7 @@ def mesh_question(
 ) -> MeshQuestion:
     """Refuse surfaces that would crash the mesher or give a meaningless mesh; move to the origin.
 
-    Raises
-    ------
-    MeshError
+    Raises `MeshError`.
     """
     for name, value in (("edge length", edge_length), ("epsilon", epsilon)):
         if not (value > 0.0 and np.isfinite(value)):

@@ -24,33 +24,18 @@ _PER_BIN = 2
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TetLocator:
-    """Tetrahedra sorted into the bins of a uniform grid.
+    """Tetrahedra sorted into the bins of a uniform grid."""
 
-    Attributes
-    ----------
-    points : (n, 3) array, mm
-    tets : (m, 4) int array
-    lower : (3,) array, mm
-        Lower corner of the grid.
-    size : float, mm
-        Edge of a bin.
-    shape : (3,) int array
-        Bins per axis.
-    first, members : int arrays
-        Tetrahedra of bin b are ``members[first[b]:first[b + 1]]``.
-    tree, owners : TriangleTree, (k,) int array
-        The boundary facets and the tetrahedra behind them.
-    """
-
-    points: FloatArray
-    tets: IntArray
-    lower: FloatArray
-    size: float
-    shape: IntArray
-    first: IntArray
-    members: NDArray[np.int32]
+    points: FloatArray  #: ``(n, 3)``, mm.
+    tets: IntArray  #: ``(m, 4)``.
+    lower: FloatArray  #: ``(3,)``, mm. Lower corner of the grid.
+    size: float  #: mm. Edge of a bin.
+    shape: IntArray  #: ``(3,)``. Bins per axis.
+    first: IntArray  #: Tetrahedra of bin b are ``members[first[b]:first[b + 1]]``.
+    members: NDArray[np.int32]  #: As `first`.
+    #: TriangleTree, (k,) int array. The boundary facets and the tetrahedra behind them.
     tree: TriangleTree
-    owners: IntArray
+    owners: IntArray  #: As `tree`.
 
 
 def build_locator(mesh: TetMesh) -> TetLocator:
@@ -96,11 +81,8 @@ def locate(
     Raises MeshError if the mesh is empty. Raises ValueError if a point is not finite or the shape
     is wrong.
 
-    Parameters
-    ----------
-    points : (3, n) array, mm
-    locator : TetLocator, optional
-        Of the same mesh, from :func:`build_locator`, where it is asked more than once.
+    ``points (3, n)``, mm. ``locator``: of the same mesh, from :func:`build_locator`, where it is
+    asked more than once.
 
     Returns
     -------

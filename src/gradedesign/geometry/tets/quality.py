@@ -14,24 +14,12 @@ from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TetReport:
-    """Quality of a tetrahedral mesh.
+    """Quality of a tetrahedral mesh."""
 
-    Attributes
-    ----------
-    count : int
-        Tetrahedra.
-    volume : float
-        Sum of signed volumes, mm^3.
-    inverted : int
-        Tetrahedra without positive volume.
-    crowded : int
-        Facets with more than two tetrahedra: the mesh overlaps itself.
-    """
-
-    count: int
-    volume: float
-    inverted: int
-    crowded: int
+    count: int  #: Tetrahedra.
+    volume: float  #: Sum of signed volumes, mm^3.
+    inverted: int  #: Tetrahedra without positive volume.
+    crowded: int  #: Facets with more than two tetrahedra: the mesh overlaps itself.
 
 
 def tet_report(mesh: TetMesh) -> TetReport:
@@ -82,14 +70,8 @@ def require_sound(
     Raises MeshError if there are no tetrahedra, some are inverted or overlap, or the volume is
     another; the message names all numbers that are wrong and the remedy of each.
 
-    Parameters
-    ----------
-    subject : str
-        Names the mesh in the message: ``the explicit lattice at 0.5 mm``.
-    expected_volume : float, optional
-        mm^3.
-    volume_tolerance : float
-        Largest relative difference from it.
+    ``subject``: names the mesh in the message: ``the explicit lattice at 0.5 mm``.
+    ``expected_volume``: mm^3. ``volume_tolerance``: largest relative difference from it.
     """
     report = tet_report(mesh)
     faults = []

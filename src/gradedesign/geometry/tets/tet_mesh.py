@@ -56,12 +56,8 @@ def centroids(mesh: TetMesh) -> FloatArray:
 def boundary_facets(mesh: TetMesh) -> tuple[IntArray, IntArray]:
     """Facets that belong to one tetrahedron only.
 
-    Returns
-    -------
-    facets : (k, 3) int array
-        Vertex indices, counter-clockwise seen from outside.
-    owners : (k,) int array
-        The tetrahedron behind each facet.
+    Returns ``facets (k, 3)``: vertex indices, counter-clockwise seen from outside; ``owners (k,)``:
+    the tetrahedron behind each facet.
     """
     t = mesh.tets
     faces = np.concatenate([t[[1, 2, 3]].T, t[[0, 3, 2]].T, t[[0, 1, 3]].T, t[[0, 2, 1]].T], axis=0)

@@ -73,16 +73,10 @@ _FIRST, _MORE = 2e-4, 1.4
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LabelledSurface:
-    """A closed surface and a number for each of its triangles.
-
-    Attributes
-    ----------
-    label : (m,) int array
-        -1 or more.
-    """
+    """A closed surface and a number for each of its triangles."""
 
     surface: SurfaceMesh
-    label: IntArray
+    label: IntArray  #: ``(m,)``. -1 or more.
 
 
 def labelled_difference(
@@ -95,12 +89,8 @@ def labelled_difference(
     Returns LabelledSurface or None: none where nothing is left. Raises MeshError if the Boolean
     kernel refuses a surface.
 
-    Parameters
-    ----------
-    first, second : LabelledSurface
-        Closed, manifold, outward oriented.
-    subject : str
-        Names the result in messages.
+    ``first``, ``second``: closed, manifold, outward oriented. ``subject``: names the result in
+    messages.
     """
     report_step("reading the surfaces", blocking=True)
     solids = [_manifold(each.surface, subject, label=each.label) for each in (first, second)]
@@ -142,20 +132,11 @@ def _surface_of(solid: Any, if_empty: str) -> SurfaceMesh:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CutPiece:
-    """A capped surface after a cut, without its caps.
+    """A capped surface after a cut, without its caps."""
 
-    Attributes
-    ----------
-    vertices : (n, 3) array, mm
-    faces : (m, 3) int array
-        Open where the caps were.
-    source : (n,) int array
-        Vertex of the capped surface where a cap met it, else -1.
-    """
-
-    vertices: FloatArray
-    faces: IntArray
-    source: IntArray
+    vertices: FloatArray  #: ``(n, 3)``, mm.
+    faces: IntArray  #: ``(m, 3)``. Open where the caps were.
+    source: IntArray  #: ``(n,)``. Vertex of the capped surface where a cap met it, else -1.
 
 
 def cut_capped(

@@ -41,11 +41,7 @@ def within_chord(surface: SurfaceMesh, tolerance: float) -> SurfaceMesh:
     Returns SurfaceMesh: closed and manifold, of the same topology. Raises LatticeError if the
     tolerance is not positive, or triangles pass through each other all the same.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        Closed and manifold.
-    tolerance : float, mm
+    ``surface``: closed and manifold. ``tolerance``, mm.
     """
     if not tolerance > 0:
         raise LatticeError(f"chord tolerance is {tolerance:g} mm, expected a positive length")

@@ -29,13 +29,8 @@ def crossing_triangles(vertices: FloatArray, faces: IntArray, margin: float) -> 
     Returns (k, 2) int array: for every triangle that passes through later ones, itself and one of
     them; the same for any number of threads.
 
-    Parameters
-    ----------
-    vertices : (n, 3) array, mm
-    faces : (m, 3) int array
-        Neighbours share vertex numbers.
-    margin : float, mm
-        Depth up to which triangles only touch.
+    ``vertices (n, 3)``, mm. ``faces (m, 3)``: neighbours share vertex numbers. ``margin``, mm:
+    depth up to which triangles only touch.
     """
     crossed = np.full(len(faces), -1, dtype=np.int64)
     if len(faces) == 0:
@@ -54,24 +49,13 @@ def crossing_triangles(vertices: FloatArray, faces: IntArray, margin: float) -> 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Contacts:
-    """Pairs of triangles that lie on each other, turned against each other.
+    """Pairs of triangles that lie on each other, turned against each other."""
 
-    Attributes
-    ----------
-    first, second : (k,) int arrays
-    area : (k,) array, mm^2
-        That both cover.
-    distance : (k,) array, mm
-        Largest between them there.
-    middle : (k, 3) array, mm
-        Of that area.
-    """
-
-    first: IntArray
-    second: IntArray
-    area: FloatArray
-    distance: FloatArray
-    middle: FloatArray
+    first: IntArray  #: ``(k,)``.
+    second: IntArray  #: ``(k,)``.
+    area: FloatArray  #: ``(k,)``, mm^2. That both cover.
+    distance: FloatArray  #: ``(k,)``, mm. Largest between them there.
+    middle: FloatArray  #: ``(k, 3)``, mm. Of that area.
 
 
 def find_contacts(vertices: FloatArray, faces: IntArray, reach: float) -> Contacts:
@@ -79,12 +63,8 @@ def find_contacts(vertices: FloatArray, faces: IntArray, reach: float) -> Contac
 
     Returns Contacts: sorted by the first triangle; the same for any number of threads.
 
-    Parameters
-    ----------
-    vertices : (n, 3) array, mm
-    faces : (m, 3) int array
-    reach : float, mm
-        Largest distance; a common area narrower than this is none.
+    ``vertices (n, 3)``, mm. ``faces (m, 3)``. ``reach``, mm: largest distance; a common area
+    narrower than this is none.
     """
     faces = read_only(np.ascontiguousarray(faces, dtype=np.int64))
     corners = np.ascontiguousarray(vertices[faces])

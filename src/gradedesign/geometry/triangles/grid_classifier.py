@@ -34,32 +34,17 @@ _TURN = np.array([[np.cos(0.5), -np.sin(0.5)], [np.sin(0.5), np.cos(0.5)]])
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GridClassifier:
-    """Triangles of a closed surface sorted into columns along the shortest side of its box.
+    """Triangles of a closed surface sorted into columns along the shortest side of its box."""
 
-    Attributes
-    ----------
-    corners : (m, 3, 3) array, mm
-        Coordinates in the order of ``axes``.
-    tops : (m,) array, mm
-        Largest last coordinate of every triangle.
-    axes : (3,) int array
-        Columns run along the last of them.
-    lower : (2,) array, mm
-    step : float, mm
-        Edge of a column.
-    shape : (2,) int array
-    first, member : int arrays
-        Triangles of column c are ``member[first[c]:first[c + 1]]``, from the top down.
-    """
-
-    corners: FloatArray
-    tops: FloatArray
-    axes: IntArray
-    lower: FloatArray
-    step: float
-    shape: IntArray
+    corners: FloatArray  #: ``(m, 3, 3)``, mm. Coordinates in the order of ``axes``.
+    tops: FloatArray  #: ``(m,)``, mm. Largest last coordinate of every triangle.
+    axes: IntArray  #: ``(3,)``. Columns run along the last of them.
+    lower: FloatArray  #: ``(2,)``, mm.
+    step: float  #: mm. Edge of a column.
+    shape: IntArray  #: ``(2,)``.
+    #: Triangles of column c are ``member[first[c]:first[c + 1]]``, from the top down.
     first: IntArray
-    member: IntArray
+    member: IntArray  #: As `first`.
 
 
 def build_classifier(surface: SurfaceMesh) -> GridClassifier:
@@ -114,18 +99,10 @@ def winding_at(
 ) -> IntArray:
     """Winding number of a closed surface about points.
 
-    Parameters
-    ----------
-    points : (3, n) array, mm
-    clearance : (n,) array, optional, mm
-        Lower bounds of the points' distances to the surface: consecutive points that the surface
-        cannot separate are evaluated together.
-
-    Returns
-    -------
-    (n,) int array
-        1 inside an outward surface and 0 outside; more where it overlaps itself, negative where it
-        is turned inside out. Of a point on the surface, that of either side.
+    ``points (3, n)``, mm. ``clearance (n,)``, mm: lower bounds of the points' distances to the
+    surface: consecutive points that the surface cannot separate are evaluated together. Returns
+    ``(n,)``: 1 inside an outward surface and 0 outside; more where it overlaps itself, negative
+    where it is turned inside out. Of a point on the surface, that of either side.
     """
     n = points.shape[1]
     result = np.zeros(n, dtype=np.int64)
@@ -167,11 +144,7 @@ def marked_inside(
     Returns (nx, ny, nz) uint8 array: ``inside`` where the winding number is at least 1, else
     ``outside``.
 
-    Parameters
-    ----------
-    corners : (m, 3, 3) array
-        In steps of the grid from its first place.
-    shape : (int, int, int)
+    ``corners (m, 3, 3)``: in steps of the grid from its first place.
     """
     marks = np.zeros(shape, dtype=np.uint8)
     lines = _lines(np.ascontiguousarray(corners), np.array(shape[:2]))
@@ -182,35 +155,19 @@ def marked_inside(
 def mark_near(corners: FloatArray, clearance: float, mark: int, marks: NDArray[np.uint8]) -> None:
     """Mark the cubes of a grid that triangles come close to, by separating axes.
 
-    Parameters
-    ----------
-    corners : (m, 3, 3) array
-        In cubes from the corner of the first.
-    clearance : float, cubes
-        Along each axis.
-    marks : (nx, ny, nz) uint8 array
-        Changed in place.
+    ``corners (m, 3, 3)``: in cubes from the corner of the first. ``clearance``, cubes: along each
+    axis. ``marks (nx, ny, nz)``: changed in place.
     """
     kernels.mark_near(np.ascontiguousarray(corners), clearance, mark, marks)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class VoxelGrid:
-    """A cubic grid in axes of its own.
+    """A cubic grid in axes of its own."""
 
-    Attributes
-    ----------
-    frame : (3, 3) array
-        Rows are its axes, a rotation.
-    first : (3,) array, mm
-        Centre of the first voxel along these axes.
-    step : float, mm
-    shape : (int, int, int)
-    """
-
-    frame: FloatArray
-    first: FloatArray
-    step: float
+    frame: FloatArray  #: ``(3, 3)``. Rows are its axes, a rotation.
+    first: FloatArray  #: ``(3,)``, mm. Centre of the first voxel along these axes.
+    step: float  #: mm.
     shape: tuple[int, int, int]
 
     def __post_init__(self) -> None:
@@ -240,20 +197,12 @@ def solid_voxels(surface: SurfaceMesh, grid: VoxelGrid) -> BoolArray:
 
 
 class WindingVolumes(NamedTuple):
-    """Answer of :func:`winding_volumes`.
+    """Answer of :func:`winding_volumes`."""
 
-    Attributes
-    ----------
-    solid : float, mm^3
-        Volume with a winding number of at least 1.
-    excess : float, mm^3
-        Integral of the winding number beyond 1: what the enclosed volume counts too often.
-    reversed : float, mm^3
-        Integral of the magnitude of negative winding numbers: what it takes off.
-    """
-
-    solid: float
+    solid: float  #: mm^3. Volume with a winding number of at least 1.
+    #: mm^3. Integral of the winding number beyond 1: what the enclosed volume counts too often.
     excess: float
+    #: mm^3. Integral of the magnitude of negative winding numbers: what it takes off.
     reversed: float
 
 
@@ -265,12 +214,8 @@ def winding_volumes(corners: FloatArray, rays: int = RAYS) -> WindingVolumes:
 
     Raises MeshError if the surface is open.
 
-    Parameters
-    ----------
-    corners : (m, 3 corners, 3 coordinates) array, mm
-        Of a closed, consistently oriented surface.
-    rays : int
-        Along each axis, about.
+    ``corners (m, 3 corners, 3 coordinates)``, mm: of a closed, consistently oriented surface.
+    ``rays``: along each axis, about.
     """
     enclosed = np.zeros((3, 3))
     for axis in range(3):

@@ -46,20 +46,12 @@ def printed_field(surface: SurfaceMesh, band: float) -> LipschitzField:
     overlap or touch themselves need no repair.
 
     Raises MeshError if the surface is empty, open or turned inside out. Raises ValueError if the
-    band is not positive, or when a point is not finite.
+    band is not positive, or when a point is not finite. Returns LipschitzField: of constant 1, in
+    mm; threaded, the same for any number of threads. Neighbouring points are faster in one call, in
+    the order of a grid.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        Closed and consistently oriented, as read back from the printed file.
-    band : float, mm
-        An element or two of the grid on which it is evaluated: narrower is faster.
-
-    Returns
-    -------
-    LipschitzField
-        Of constant 1, in mm; threaded, the same for any number of threads. Neighbouring points are
-        faster in one call, in the order of a grid.
+    ``surface``: closed and consistently oriented, as read back from the printed file. ``band``, mm:
+    an element or two of the grid on which it is evaluated: narrower is faster.
     """
     return field_within(surface_search(surface), band)
 

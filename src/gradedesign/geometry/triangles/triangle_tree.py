@@ -22,47 +22,27 @@ FLAT = 1e-12
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TriangleTree:
-    """Triangles sorted into a balanced binary tree of boxes.
+    """Triangles sorted into a balanced binary tree of boxes."""
 
-    Attributes
-    ----------
-    triangles : (m, 9) array, mm
-        First corner and the two edge vectors from it, sorted by leaf.
-    flat : (m,) bool array
-        Triangles without area, sorted by leaf.
-    order : (m,) int array
-        The triangle in each sorted place.
-    box : (k, 6) array, mm
-        Lower and upper corner of every node's box.
-    right, first, count : (k,) int arrays
-        Right child (-1 in a leaf; the left child follows its parent), range of sorted places.
-    """
-
+    #: ``(m, 9)``, mm. First corner and the two edge vectors from it, sorted by leaf.
     triangles: FloatArray
-    flat: BoolArray
-    order: IntArray
-    box: FloatArray
+    flat: BoolArray  #: ``(m,)``. Triangles without area, sorted by leaf.
+    order: IntArray  #: ``(m,)``. The triangle in each sorted place.
+    box: FloatArray  #: ``(k, 6)``, mm. Lower and upper corner of every node's box.
+    #: ``(k,)``. Right child (-1 in a leaf; the left child follows its parent), range of sorted
+    #: places.
     right: IntArray
-    first: IntArray
-    count: IntArray
+    first: IntArray  #: As `right`.
+    count: IntArray  #: As `right`.
 
 
 class ClosestPoints(NamedTuple):
-    """Answer of :func:`closest_features`.
+    """Answer of :func:`closest_features`."""
 
-    Attributes
-    ----------
-    distance : (n,) array, mm
-    triangle : (n,) int array
-    point : (3, n) array, mm
-        The closest point on that triangle.
-    feature : (n,) int8 array
-        Where on the triangle: 0 face; 1, 2, 3 edges 01, 12, 20; 4, 5, 6 corners 0, 1, 2.
-    """
-
-    distance: FloatArray
-    triangle: IntArray
-    point: FloatArray
+    distance: FloatArray  #: ``(n,)``, mm.
+    triangle: IntArray  #: ``(n,)``.
+    point: FloatArray  #: ``(3, n)``, mm. The closest point on that triangle.
+    #: ``(n,)``. Where on the triangle: 0 face; 1, 2, 3 edges 01, 12, 20; 4, 5, 6 corners 0, 1, 2.
     feature: NDArray[np.int8]
 
 
@@ -72,9 +52,7 @@ def build_triangle_tree(corners: ArrayLike) -> TriangleTree:
     Raises MeshError if there is no triangle. Raises ValueError if a coordinate is not finite or the
     shape is wrong.
 
-    Parameters
-    ----------
-    corners : (m, 3 corners, 3 coordinates) array_like, mm
+    ``corners (m, 3 corners, 3 coordinates)``, mm.
     """
     corners = locked(corners, (None, 3, 3), name="corners")
     m = len(corners)
@@ -111,9 +89,7 @@ def closest_features(tree: TriangleTree, points: FloatArray) -> ClosestPoints:
     Returns ClosestPoints: the same for any number of threads. Raises ValueError if a point is not
     finite or the shape is wrong.
 
-    Parameters
-    ----------
-    points : (3, n) array, mm
+    ``points (3, n)``, mm.
     """
     points = _checked(points)
     n = points.shape[1]
@@ -178,13 +154,8 @@ def ray_lengths(
 
     Raises ValueError if a point is not finite or the shape is wrong.
 
-    Parameters
-    ----------
-    origins : (3, n) array, mm
-    directions : (3, n) array
-        Of length 1.
-    way : int
-        1 out of the solid, along a triangle's normal; -1 into it; 0 both.
+    ``origins (3, n)``, mm. ``directions (3, n)``: of length 1. ``way``: 1 out of the solid, along a
+    triangle's normal; -1 into it; 0 both.
     """
     origins, directions = _checked(origins), _checked(directions)
     lengths = np.zeros(origins.shape[1])

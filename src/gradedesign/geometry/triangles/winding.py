@@ -22,21 +22,14 @@ _SURE = 0.25
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WindingTree:
-    """A tree of triangles with the moments of its nodes.
-
-    Attributes
-    ----------
-    turn : (m,) int array
-        By sorted place: -1 where a triangle counts turned around, else 1.
-    moments : (k, 16) array
-        As :func:`gradedesign.geometry.triangles._winding_kernels.fill_moments` fills them:
-        nodes farther away than twice their radius count by two terms, within 0.05 of the sum on a
-        smooth surface (Barill, Dickson, Schmidt, Levin & Jacobson 2018, ACM Trans. Graph. 37(4),
-        eqs. 14 to 18).
-    """
+    """A tree of triangles with the moments of its nodes."""
 
     tree: TriangleTree
-    turn: IntArray
+    turn: IntArray  #: ``(m,)``. By sorted place: -1 where a triangle counts turned around, else 1.
+    #: ``(k, 16)``. As :func:`gradedesign.geometry.triangles._winding_kernels.fill_moments` fills
+    #: them: nodes farther away than twice their radius count by two terms, within 0.05 of the sum
+    #: on a smooth surface (Barill, Dickson, Schmidt, Levin & Jacobson 2018, ACM Trans. Graph.
+    #: 37(4), eqs. 14 to 18).
     moments: FloatArray
 
 
@@ -81,10 +74,7 @@ def winding_numbers(corners: FloatArray, points: FloatArray) -> FloatArray:
 
     Of a closed shell 1 inside, -1 inside a reversed one, 0 outside.
 
-    Parameters
-    ----------
-    corners : (m, 3, 3) array, mm
-    points : (3, n) array, mm
+    ``corners (m, 3, 3)``, mm. ``points (3, n)``, mm.
     """
     return windings_about(winding_tree(build_triangle_tree(corners)), points)
 

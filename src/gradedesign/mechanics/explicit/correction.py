@@ -81,19 +81,10 @@ def discrepancy_between(
 def stiffness_update(explicit: float, predicted: float, lattice_share: float) -> float:
     """Factor on the lattice stiffness that turns one predicted value into the explicit.
 
-    Parameters
-    ----------
-    explicit, predicted : float
-        Of a limit by gradient, such as a displacement.
-    lattice_share : float
-        Share of the predicted value that comes from strain of the lattice phase
-        (its part of the mutual energy), so ``u(k) = u (1 - s + s / k)``.
-
-    Returns
-    -------
-    float
-        k; 1.0 where the lattice's share cannot explain the difference, which the factor on
-        the displacement itself then carries.
+    ``explicit``, ``predicted``: of a limit by gradient, such as a displacement. ``lattice_share``:
+    share of the predicted value that comes from strain of the lattice phase (its part of the mutual
+    energy), so ``u(k) = u (1 - s + s / k)``. Returns float: k; 1.0 where the lattice's share cannot
+    explain the difference, which the factor on the displacement itself then carries.
     """
     if lattice_share <= 0.05:
         return 1.0
@@ -104,14 +95,10 @@ def stiffness_update(explicit: float, predicted: float, lattice_share: float) ->
 def energy_weighted_density(mutual: FloatArray, rho: FloatArray) -> float:
     """Mean density of the lattice that carries a limit.
 
-    Parameters
-    ----------
-    mutual : (M,) array, N mm
-        Mutual energy of every element in the limit's value. It is negative where the strain of the
-        load opposes that of the limit's own load: the element carries as much as its size says.
-        With signs the mean leaves the densities that carry, and even their range.
-    rho : (M,) array
-        Relative densities.
+    ``mutual (M,)``, N mm: mutual energy of every element in the limit's value. It is negative where
+    the strain of the load opposes that of the limit's own load: the element carries as much as its
+    size says. With signs the mean leaves the densities that carry, and even their range.
+    ``rho (M,)``: relative densities.
     """
     weights = np.abs(mutual)
     return float(weights @ rho / weights.sum())

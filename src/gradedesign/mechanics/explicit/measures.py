@@ -103,10 +103,7 @@ def worst_neighbourhood(
 ) -> tuple[float, tuple[float, float, float]]:
     """Largest percentile over neighbourhoods of one cell, divided twice, half a cell apart.
 
-    Returns
-    -------
-    value : float, MPa
-    centre : (float, float, float), mm
+    Returns ``value``, MPa; ``centre``, mm.
     """
     best = (0.0, (0.0, 0.0, 0.0))
     for near in neighbourhoods(points, volumes, cells):

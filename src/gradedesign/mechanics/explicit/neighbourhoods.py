@@ -29,9 +29,7 @@ class Neighbourhood:
 def neighbourhood_cells(design: LatticeDesign) -> CellMap | float:
     """Neighbourhoods of a lattice: cubes of the cell size where cells are equal cubes.
 
-    Returns
-    -------
-    CellMap or float, mm
+    Returns mm.
     """
     cell_map = design.cell_map
     if not isinstance(cell_map, CellMap):
@@ -47,13 +45,8 @@ def neighbourhoods(
 ) -> Iterator[Neighbourhood]:
     """Divide elements into neighbourhoods twice, half a cell apart.
 
-    Parameters
-    ----------
-    points : (3, M) array, mm
-        Centroids.
-    volumes : (M,) array, mm^3
-    cells : CellMap or float, mm
-        Cells of a map, or cubes of one size.
+    ``points (3, M)``, mm: centroids. ``volumes (M,)``, mm^3. ``cells``, mm: cells of a map, or
+    cubes of one size.
 
     Yields
     ------

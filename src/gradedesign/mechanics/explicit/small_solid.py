@@ -18,12 +18,8 @@ def small_solid_spacing(
     What walls ask for displaces a lattice within 2 to 3 %, and makes windows and rims of a few
     cells coarse: sizing learns from that. A solid with more unknowns keeps it.
 
-    Parameters
-    ----------
-    spacing : float, mm
-        That walls and layers ask for.
-    stated : bool
-        The case states its resolution, which is kept.
+    ``spacing``, mm: that walls and layers ask for. ``stated``: the case states its resolution,
+    which is kept.
     """
     if stated:
         return spacing

@@ -45,12 +45,8 @@ def solve_tets(
     Raises `LatticeError` if a loaded or supported region carries no lattice, and `SolverError` if a
     solve fails one of its checks.
 
-    Parameters
-    ----------
-    division : Discretisation
-        Of the mesh; its unknowns are counted here.
-    tolerance : float, mm
-        How far the mesh's surface may lie from a region of the part to count as that region.
+    ``division``: of the mesh; its unknowns are counted here. ``tolerance``, mm: how far the mesh's
+    surface may lie from a region of the part to count as that region.
     """
     material = solid.material
     report_step(f"supports and loads on {mesh.tets.shape[1]} tetrahedra")

@@ -63,12 +63,7 @@ def yielding(
 def yielding_words(found: Yielding | None, body: str, *, limited: bool) -> tuple[str, ...]:
     """Warning that a body yields; none where it does not.
 
-    Parameters
-    ----------
-    body : str
-        Such as ``"the printed solid"``.
-    limited : bool
-        Whether the case limits stress.
+    ``body``: such as ``"the printed solid"``. ``limited``: whether the case limits stress.
     """
     if found is None:
         return ()

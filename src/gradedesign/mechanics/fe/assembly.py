@@ -80,12 +80,8 @@ def assembly_pattern(space: TetSpace) -> AssemblyPattern:
 def assemble(pattern: AssemblyPattern, stiffness: Stiffness) -> bsr_matrix:
     """Assemble the stiffness matrix, without supports.
 
-    Raises `SolverError` if `stiffness` is for another number of elements.
-
-    Returns
-    -------
-    bsr_matrix
-        ``(3 n, 3 n)`` with 3 by 3 blocks and sorted columns, N/mm.
+    Raises `SolverError` if `stiffness` is for another number of elements. Returns bsr_matrix:
+    ``(3 n, 3 n)`` with 3 by 3 blocks and sorted columns, N/mm.
     """
     space = pattern.space
     _require_matching(space, stiffness)
@@ -128,16 +124,9 @@ def strain_energy_per_element(
     """Bilinear energy ``u^T K_e v`` of every element.
 
     With the derivative of the stiffness by an element's density in place of `stiffness`, this is
-    the sensitivity of the adjoint method.
+    the sensitivity of the adjoint method. Returns ``(m,)``, N mm.
 
-    Parameters
-    ----------
-    u, v : (3, n) array, mm
-        Displacements; `v` is `u` if not given.
-
-    Returns
-    -------
-    (m,) array, N mm
+    ``u (3, n)``, ``v (3, n)``, mm: displacements; `v` is `u` if not given.
     """
     if isinstance(stiffness, GaussStiffness | MomentStiffness):
         return pair_energies(space, stiffness, u, v).sum(axis=1)
@@ -199,12 +188,9 @@ def _add_energies(
 def shape_gradients(order: int) -> FloatArray:
     """Derivatives of the shape functions by barycentric coordinates at integration points.
 
-    Returns
-    -------
-    (1, 4, 4) or (4, 10, 4) array
-        Point, node, coordinate. All points weigh the same: the centroid for order 1, the
-        four-point rule of degree 2 for order 2 (Zienkiewicz and Taylor, The Finite Element Method,
-        5th ed., vol. 1, table 9.3).
+    Returns ``(1, 4, 4) or (4, 10, 4)``: point, node, coordinate. All points weigh the same: the
+    centroid for order 1, the four-point rule of degree 2 for order 2 (Zienkiewicz and Taylor, The
+    Finite Element Method, 5th ed., vol. 1, table 9.3).
     """
     if order == 1:
         return np.eye(4)[None]

@@ -35,9 +35,7 @@ def loaded_bore(region: Region, force: FloatArray) -> Bore:
     Raises `CaseError` if the region is not the wall of one bore, the force does not act square to
     its axis, or some of the half that it presses on is missing.
 
-    Parameters
-    ----------
-    force : (3,) array, N
+    ``force (3,)``, N.
     """
     bore = region.bore
     if bore is None:
@@ -73,13 +71,8 @@ def bearing_traction(
     ``integral of it = force``; where the wall is even all around, it is along the force. Raises
     `SolverError` if the points cannot carry the force.
 
-    Parameters
-    ----------
-    force : (3,) array, N
-    points : (3, ...) array, mm
-        Points of quadrature on the wall.
-    area : (...) array, mm^2
-        Their weights.
+    ``force (3,)``, N. ``points (3, ...)``, mm: points of quadrature on the wall. ``area (...)``,
+    mm^2: their weights.
 
     Returns
     -------

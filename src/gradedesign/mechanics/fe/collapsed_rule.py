@@ -11,12 +11,8 @@ from gradedesign.arrays import FloatArray
 def collapsed_rule(count: int) -> tuple[FloatArray, FloatArray]:
     """Rule of ``count**3`` points, exact for polynomials of degree ``2 count - 1``.
 
-    Returns
-    -------
-    points : (count**3, 4) array
-        Barycentric coordinates, all inside.
-    weights : (count**3,) array
-        Positive, with sum 1.
+    Returns ``points (count**3, 4)``: barycentric coordinates, all inside; ``weights (count**3,)``:
+    positive, with sum 1.
 
     References
     ----------

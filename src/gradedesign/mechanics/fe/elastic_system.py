@@ -49,14 +49,9 @@ def prepare_elastic(
     Raises `SolverError` if a stiffness is not positive, and `ResourceError` if the space has more
     unknowns than the solver takes.
 
-    Parameters
-    ----------
-    solver : LinearSolver
-        What the system will be solved by.
-    pattern : AssemblyPattern, optional
-        Of `space`, to save finding it again.
-    earlier : sequence of (3, N) arrays, mm
-        Displacements of similar problems, to start iterations from.
+    ``solver``: what the system will be solved by. ``pattern``: of `space`, to save finding it
+    again. ``earlier``, each ``(3, N)``, mm: displacements of similar problems, to start iterations
+    from.
     """
     start = time.perf_counter()
     _require_room(space, solver)

@@ -53,15 +53,7 @@ def shape_values(order: int, at: FloatArray) -> FloatArray:
 def shape_derivatives(order: int, at: FloatArray) -> FloatArray:
     """Derivatives of the shape functions by barycentric coordinates.
 
-    Parameters
-    ----------
-    at : (n, 4) array
-        Barycentric coordinates.
-
-    Returns
-    -------
-    (n, 4 or 10, 4) array
-        Point, node, coordinate.
+    ``at (n, 4)``: barycentric coordinates. Returns ``(n, 4 or 10, 4)``: point, node, coordinate.
     """
     if order == 1:
         return np.tile(np.eye(4), (len(at), 1, 1))
@@ -105,16 +97,9 @@ def coordinate_gradients(space: TetSpace, part: slice = slice(None)) -> FloatArr
 def values_at(space: TetSpace, field: ScalarField, at: Where = "gauss") -> FloatArray:
     """Values of a field at the points of every element.
 
-    Parameters
-    ----------
-    field : float, (M,) or (M, 4) array, or callable
-    at : {"gauss", "vertices"}
-        Where a function is evaluated; arrays are taken as they are.
-
-    Returns
-    -------
-    (1, 1), (M, 1) or (M, 4) array
-        As much as is needed: it broadcasts to (M, 4).
+    ``field``, (M,) or (M, 4) array, or callable. ``at``: "gauss" or "vertices"; where a function is
+    evaluated; arrays are taken as they are. Returns ``(1, 1), (M, 1) or (M, 4)``: as much as is
+    needed: it broadcasts to (M, 4).
     """
     count = space.element_count
     if callable(field):
@@ -140,19 +125,9 @@ def interpolate(
 ) -> FloatArray:
     """Evaluate a nodal field in given tetrahedra.
 
-    Parameters
-    ----------
-    field : (..., N) array
-        At the nodes of the space, such as displacement ``(3, N)`` in mm.
-    tets : (n,) int array
-        The tetrahedron of every point.
-    barycentric : (4, n) array
-        Barycentric coordinates in it.
-
-    Returns
-    -------
-    (..., n) array
-        In the unit of the field.
+    ``field (..., N)``: at the nodes of the space, such as displacement ``(3, N)`` in mm.
+    ``tets (n,)``: the tetrahedron of every point. ``barycentric (4, n)``: barycentric coordinates
+    in it. Returns ``(..., n)``: in the unit of the field.
     """
     values = np.asarray(field, dtype=np.float64)
     if values.shape[-1] != space.node_count:

@@ -39,7 +39,8 @@ def evaluate(
 ) -> Solution:
     """Complete the answer of a solver.
 
-    Raises `SolverError` if the displacement holds NaN or infinity.
+    Raises `SolverError` if the displacement holds NaN or infinity. Returns Solution: sound or not:
+    see `defects`.
 
     Parameters
     ----------
@@ -51,11 +52,6 @@ def evaluate(
         What x was solved for; 0 where fixed.
     iterations, method
         As the solution shall report them.
-
-    Returns
-    -------
-    Solution
-        Sound or not: see `defects`.
     """
     if not np.isfinite(x).all():
         raise SolverError(

@@ -22,10 +22,7 @@ def reference_rule() -> tuple[FloatArray, FloatArray]:
 def facet_points(corners: FloatArray) -> FloatArray:
     """Points of quadrature of facets ``(3, 3 corners, k)``, at which tractions are asked for.
 
-    Returns
-    -------
-    (3, k, q) array, mm
-        Of weights `facet_weights`.
+    Returns ``(3, k, q)``, mm: of weights `facet_weights`.
     """
     reference, _ = reference_rule()
     return np.einsum("dak,aq->dkq", corners, facet_shapes(1, reference))

@@ -48,10 +48,7 @@ def facet_owners(space: TetSpace, facets: ArrayLike) -> tuple[IntArray, IntArray
 
     Raises `SolverError` if there is no facet, or one is no face of any tetrahedron.
 
-    Parameters
-    ----------
-    facets : (k, 3) int array
-        Vertex indices, in any order.
+    ``facets (k, 3)``: vertex indices, in any order.
 
     Returns
     -------
@@ -99,17 +96,11 @@ def facet_owners(space: TetSpace, facets: ArrayLike) -> tuple[IntArray, IntArray
 def facet_nodes(space: TetSpace, facets: ArrayLike) -> IntArray:
     """Nodes of each facet, counter-clockwise seen from outside its tetrahedron.
 
-    Raises `SolverError` if there is no facet, or one is no face of any tetrahedron.
+    Raises `SolverError` if there is no facet, or one is no face of any tetrahedron. Returns (6, k)
+    int array for quadratic elements, (3, k) for linear ones: the corners a, b, c, then the middles
+    of the edges ab, bc and ca.
 
-    Parameters
-    ----------
-    facets : (k, 3) int array
-        Vertex indices, in any order.
-
-    Returns
-    -------
-    (6, k) int array for quadratic elements, (3, k) for linear ones
-        The corners a, b, c, then the middles of the edges ab, bc and ca.
+    ``facets (k, 3)``: vertex indices, in any order.
     """
     owners, sides, _ = facet_owners(space, facets)
     local = _LOCAL_FACET_NODES if space.order == 2 else _LOCAL_FACETS

@@ -45,10 +45,7 @@ def connected_pieces(space: TetSpace) -> IntArray:
 def free_pieces(space: TetSpace, fixed: BoolArray) -> tuple[FreePiece, ...]:
     """Pieces of the mesh that the supports leave free to move as rigid bodies.
 
-    Parameters
-    ----------
-    fixed : (3, n) bool array
-        Components with a prescribed displacement.
+    ``fixed (3, n)``: components with a prescribed displacement.
 
     Returns
     -------

@@ -25,10 +25,7 @@ _CHUNK = 20_000
 def geometric_stiffness(space: TetSpace, stress: FloatArray) -> csr_matrix:
     """Integrals of ``grad Na . stress . grad Nb``, ``(N, N)``, N/mm.
 
-    Parameters
-    ----------
-    stress : (3, 3, M, 4) array, MPa
-        At the Gauss points, as by `element_stress`.
+    ``stress (3, 3, M, 4)``, MPa: at the Gauss points, as by `element_stress`.
     """
     volumes, count = signed_volumes(space.mesh) / 4.0, space.element_count
     nodes = space.elements.T.astype(np.int64)

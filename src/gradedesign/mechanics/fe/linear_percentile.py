@@ -15,14 +15,8 @@ def linear_percentile(values: FloatArray, volumes: FloatArray, percentile: float
 
     Raises `ValueError` if shapes differ, a value is not finite, a volume is negative or all are 0.
 
-    Parameters
-    ----------
-    values : (4, k) array
-        At the corners of the tetrahedra.
-    volumes : (k,) array
-        Not negative; the volume of a tetrahedron, or the part of it that counts.
-    percentile : float
-        More than 0, at most 100.
+    ``values (4, k)``: at the corners of the tetrahedra. ``volumes (k,)``: not negative; the volume
+    of a tetrahedron, or the part of it that counts. ``percentile``: more than 0, at most 100.
 
     Examples
     --------
@@ -65,10 +59,7 @@ def share_below(corners: FloatArray, level: float) -> FloatArray:
     The distribution of a linear function on a simplex is a B-spline with the values at its corners
     as knots (Curry and Schoenberg, J. Analyse Math. 17, 1966); here integrated.
 
-    Parameters
-    ----------
-    corners : (4, k) array
-        Values at the corners, rising.
+    ``corners (4, k)``: values at the corners, rising.
     """
     a, b, c, d = corners
     share = np.where(d <= level, 1.0, 0.0)

@@ -98,14 +98,9 @@ def case_loads(
 
     Raises `SolverError` if a resultant on the mesh misses the part's by more than 0.1 %.
 
-    Parameters
-    ----------
-    load_cases : sequence of LoadCaseSpecification
-        Such as ``[[load_case]]`` of a case file.
-    regions : mapping of name to Region
-        On the solid part's surface: they define the resultants.
-    facets : mapping of name to (k, 3) int array
-        The same regions on the surface of the mesh.
+    ``load_cases``: such as ``[[load_case]]`` of a case file. ``regions``: by name; on the solid
+    part's surface: they define the resultants. ``facets``: by name, each ``(k, 3)``; the same
+    regions on the surface of the mesh.
     """
     return tuple(
         PartLoadCase(
@@ -138,12 +133,8 @@ def load_vector(
 ) -> LoadVector:
     """Nodal forces of a load case on a design: its loads, inertia and thermal expansion.
 
-    Parameters
-    ----------
-    stiffness : Stiffness
-        What the thermal strain is held by.
-    mass_density : (M,) array, t/mm^3
-    thermal_expansion : float, 1/K
+    ``stiffness``: what the thermal strain is held by. ``mass_density (M,)``, t/mm^3.
+    ``thermal_expansion``, 1/K.
     """
     force = mechanical_force(space, case, mass_density)
     if case.temperature_change:

@@ -46,19 +46,11 @@ WORST_CONDITION = 1e10
 def traction_force(space: TetSpace, facets: ArrayLike, traction: Traction) -> FloatArray:
     """Nodal forces of a traction on facets.
 
-    Raises `SolverError` if there is no facet, or one is no face of the mesh.
+    Raises `SolverError` if there is no facet, or one is no face of the mesh. Returns ``(3, N)``, N.
 
-    Parameters
-    ----------
-    facets : (k, 3) int array
-        Vertex indices.
-    traction : (3,) or (3, k) array, MPa, or callable
-        Constant, constant on each facet, or a function of points ``(3, ...)`` in mm returning
-        ``(3, ...)``; a function is integrated exactly up to degree 4 (quadratic elements).
-
-    Returns
-    -------
-    (3, N) array, N
+    ``facets (k, 3)``: vertex indices. ``traction (3,) or (3, k)``, MPa, or callable: constant,
+    constant on each facet, or a function of points ``(3, ...)`` in mm returning ``(3, ...)``; a
+    function is integrated exactly up to degree 4 (quadratic elements).
     """
     nodes = facet_nodes(space, facets)
     area = facet_areas(space, facets)
@@ -77,17 +69,10 @@ def traction_force(space: TetSpace, facets: ArrayLike, traction: Traction) -> Fl
 def pressure_force(space: TetSpace, facets: ArrayLike, pressure: ArrayLike) -> FloatArray:
     """Nodal forces of a pressure, which pushes into the solid where it is positive.
 
-    Raises `SolverError` if there is no facet, or one lies inside the mesh.
+    Raises `SolverError` if there is no facet, or one lies inside the mesh. Returns ``(3, N)``, N.
 
-    Parameters
-    ----------
-    facets : (k, 3) int array
-        Vertex indices of boundary facets, in any order.
-    pressure : float or (k,) array, MPa
-
-    Returns
-    -------
-    (3, N) array, N
+    ``facets (k, 3)``: vertex indices of boundary facets, in any order. ``pressure``: float or (k,)
+    array, MPa.
     """
     outward = outward_area_vectors(space, facets)
     normal = outward / np.linalg.norm(outward, axis=0)
@@ -106,7 +91,7 @@ def resultant_load(
     Without a moment the traction is uniform, so the force acts through the centroid of the facets.
     With one, the traction is ``a + b x (p - c)``, the distribution of a rigid stamp on an elastic
     bed, and its resultant force and moment are the given ones. Raises `SolverError` if the facets
-    lie on a line, or have no area, and so cannot carry a moment.
+    lie on a line, or have no area, and so cannot carry a moment. Returns ``(3, N)``, N.
 
     Parameters
     ----------
@@ -116,10 +101,6 @@ def resultant_load(
     moment : (3,) array, N mm, or None
     about : (3,) array, mm
         The point that the moment refers to.
-
-    Returns
-    -------
-    (3, N) array, N
     """
     area = facet_areas(space, facets)
     wanted = np.asarray(force, dtype=np.float64)
@@ -154,15 +135,8 @@ def resultant_load(
 def body_force(space: TetSpace, density: ArrayLike, acceleration: ArrayLike) -> FloatArray:
     """Nodal forces of an acceleration field such as gravity on the mass of the elements.
 
-    Parameters
-    ----------
-    density : float or (M,) array, t/mm^3
-    acceleration : (3,) array, mm/s^2
-        The acceleration that pulls: gravity is ``(0, 0, -9810)``.
-
-    Returns
-    -------
-    (3, N) array, N
+    ``density``: float or (M,) array, t/mm^3. ``acceleration (3,)``, mm/s^2: the acceleration that
+    pulls: gravity is ``(0, 0, -9810)``. Returns ``(3, N)``, N.
     """
     pull = np.asarray(acceleration, dtype=np.float64)
     if pull.shape != (3,):
@@ -185,18 +159,12 @@ def thermal_force(
 ) -> FloatArray:
     """Nodal forces that free thermal expansion exerts, the integral of ``B^T C alpha dT``.
 
-    The stress follows from `element_stress` with the same expansion as thermal strain.
+    The stress follows from `element_stress` with the same expansion as thermal strain. Returns
+    ``(3, N)``, N.
 
-    Parameters
-    ----------
-    expansion : float, 1/K
-    temperature_change : float, (M,) or (M, 4) array, or callable, K
-        A function is evaluated at the Gauss points, exact for a linear field; for a
-        `MomentStiffness` it must be even in every element.
-
-    Returns
-    -------
-    (3, N) array, N
+    ``expansion``, 1/K. ``temperature_change``, (M,) or (M, 4) array, or callable, K: a function is
+    evaluated at the Gauss points, exact for a linear field; for a `MomentStiffness` it must be even
+    in every element.
     """
     if element_count(stiffness) != space.element_count:
         raise SolverError(
@@ -223,10 +191,7 @@ def thermal_force(
 def stress_force(space: TetSpace, stress: FloatArray) -> FloatArray:
     """Nodal forces ``(3, N)`` that do the work of a stress on strains, summed over points.
 
-    Parameters
-    ----------
-    stress : (6, M, 4) array
-        Voigt, at the Gauss points, each with the volume that it stands for: N mm.
+    ``stress (6, M, 4)``: Voigt, at the Gauss points, each with the volume that it stands for: N mm.
     """
     gradients = coordinate_gradients(space)
     shapes = shape_derivatives(space.order, barycentric("gauss"))

@@ -47,12 +47,8 @@ def _mean(powers: np.ndarray) -> float:
 def mass_product(space: TetSpace, masses: FloatArray, x: FloatArray) -> FloatArray:
     """Product of the mass matrix with degrees of freedom, ``(3 N,)``.
 
-    Parameters
-    ----------
-    masses : (M,) array, t
-        Of every tetrahedron, spread evenly in it.
-    x : (3 N,) array
-        ``3 * node + component``.
+    ``masses (M,)``, t: of every tetrahedron, spread evenly in it. ``x (3 N,)``:
+    ``3 * node + component``.
     """
     means, field = shape_products(space.order), x.reshape(-1, 3).T
     out = np.zeros((3, space.node_count))

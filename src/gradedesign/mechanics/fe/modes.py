@@ -89,7 +89,6 @@ def natural_modes(
         Held components.
     masses : (M,) array, t
         Of the tetrahedra.
-    count : int
     rtol : float
         See `lowest_modes`.
     name : str
@@ -127,7 +126,6 @@ def buckling_modes(
         Held components.
     stress : (3, 3, M, 4) array, MPa
         Of the loads, at the Gauss points.
-    count : int
     rtol : float
         See `lowest_modes`.
     name : str
@@ -180,13 +178,8 @@ def found_modes(
 
     Raises `SolverError` as `natural_modes` and `buckling_modes`.
 
-    Parameters
-    ----------
-    held : mapping of load case to (3, N) bool array
-        Components that its supports hold.
-    masses : (M,) array, t
-    stress : callable
-        Load case to its stress at the Gauss points, ``(3, 3, M, 4)``, MPa.
+    ``held``: by load case, each ``(3, N)``; components that its supports hold. ``masses (M,)``, t.
+    ``stress``: load case to its stress at the Gauss points, ``(3, 3, M, 4)``, MPa.
     """
     found: dict[Hashable, float] = {}
     for name, buckling in dict.fromkeys((g.load_case, g.buckling) for g in goals.values()):

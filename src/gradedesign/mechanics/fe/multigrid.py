@@ -85,13 +85,8 @@ def build_hierarchy(
 ) -> Hierarchy:
     """Build the levels for a stiffness and a set of fixed components.
 
-    Parameters
-    ----------
-    stiffness : Stiffness
-        What `matrix` was assembled from.
-    matrix : bsr_matrix
-        Unconstrained, 3 by 3 blocks.
-    fixed : (3, n) bool array
+    ``stiffness``: what `matrix` was assembled from. ``matrix``: unconstrained, 3 by 3 blocks.
+    ``fixed (3, n)``.
     """
     levels: list[QuadraticLevel | Level] = []
     keep = (~fixed.T).ravel().astype(np.float64)

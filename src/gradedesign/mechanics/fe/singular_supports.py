@@ -49,11 +49,7 @@ def singular_supports(
 ) -> tuple[SingularSupport, ...]:
     """Places of all load cases where supports make stress singular, by region in their order.
 
-    Parameters
-    ----------
-    regions : mapping of name to Region
-    surface : SurfaceMesh
-        That the regions lie on.
+    ``regions``: by name. ``surface``: that the regions lie on.
     """
     faces: dict[str, list[FloatArray]] = {}
     lines: dict[str, list[FloatArray]] = {}

@@ -73,11 +73,8 @@ def solve_cases(
     Raises `SolverError` if supports leave rigid motions free, or the solver does not reach a
     residual and balance of 1e-6, and `ResourceError` if memory does not suffice.
 
-    Parameters
-    ----------
-    rtol : float
-        Residual at which a solver may stop, over the right-hand side; tightened by itself where
-        balance needs it.
+    ``rtol``: residual at which a solver may stop, over the right-hand side; tightened by itself
+    where balance needs it.
 
     Returns
     -------
@@ -101,12 +98,7 @@ def prepared_solve(system: ElasticSystem, fixed: BoolArray) -> Solve:
 def predict_memory_bytes(unknowns: int, order: int = 2) -> int:
     """Predict the peak memory of a solve by multigrid, mesh and matrix included.
 
-    Parameters
-    ----------
-    unknowns : int
-        Three per node.
-    order : int
-        1 or 2.
+    ``unknowns``: three per node. ``order``: 1 or 2.
     """
     return BASE_BYTES + BYTES_PER_UNKNOWN[order] * unknowns
 

@@ -65,11 +65,8 @@ def tet_space(mesh: TetMesh, order: int = 2) -> TetSpace:
     Raises `MeshError` if the mesh is empty, holds a tet without positive volume, or a vertex of no
     tet.
 
-    Parameters
-    ----------
-    order : int
-        1 for linear, 2 for quadratic displacements. Linear ones are 20-50 % too stiff in bending
-        and serve for comparison only.
+    ``order``: 1 for linear, 2 for quadratic displacements. Linear ones are 20-50 % too stiff in
+    bending and serve for comparison only.
     """
     _require_usable(mesh)
     tets = mesh.tets.astype(np.int32)

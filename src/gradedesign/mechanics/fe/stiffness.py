@@ -121,16 +121,7 @@ def element_count(stiffness: Stiffness) -> int:
 def pair_products(points: FloatArray, weights: FloatArray) -> FloatArray:
     """Matrix that turns values at the points of a quadrature rule into moments.
 
-    Parameters
-    ----------
-    points : (q, 4) array
-        Barycentric coordinates.
-    weights : (q,) array
-        With sum 1.
-
-    Returns
-    -------
-    (10, q) array
+    ``points (q, 4)``: barycentric coordinates. ``weights (q,)``: with sum 1. Returns ``(10, q)``.
     """
     return np.asarray(weights * points.T[_FIRST] * points.T[_SECOND])
 
@@ -161,11 +152,8 @@ def kernel_coefficients(
 ) -> FloatArray:
     """Coefficients of each element and point as the kernels read them, MPa.
 
-    Returns
-    -------
-    (m, 1 or 4, 2 or 21) array
-        Lamé constants lambda and mu, or upper triangle of C by rows; one point where the stiffness
-        is constant in the elements.
+    Returns ``(m, 1 or 4, 2 or 21)``: Lamé constants lambda and mu, or upper triangle of C by rows;
+    one point where the stiffness is constant in the elements.
     """
     if isinstance(stiffness, IsotropicStiffness):
         e, nu = stiffness.E, stiffness.nu

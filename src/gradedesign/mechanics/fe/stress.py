@@ -40,19 +40,12 @@ def element_stress(
 ) -> FloatArray:
     """Stress tensors at four points of every element.
 
-    Raises `SolverError` if stiffness or displacement belong to another space.
+    Raises `SolverError` if stiffness or displacement belong to another space. Returns
+    ``(3, 3, M, 4)``, MPa.
 
-    Parameters
-    ----------
-    displacement : (3, N) array, mm
-    thermal_strain : float, (M,) or (M, 4) array, or callable
-        Free strain of the material, alpha times temperature change, equal in all directions.
-    at : {"gauss", "vertices"}
-        Gauss points stand for a quarter of the volume each and are the more accurate.
-
-    Returns
-    -------
-    (3, 3, M, 4) array, MPa
+    ``displacement (3, N)``, mm. ``thermal_strain``, (M,) or (M, 4) array, or callable: free strain
+    of the material, alpha times temperature change, equal in all directions. ``at``: "gauss" or
+    "vertices"; Gauss points stand for a quarter of the volume each and are the more accurate.
     """
     voigt = _evaluated(space, stiffness, displacement, thermal_strain, at, von_mises_only=False)
     return voigt[VOIGT]
@@ -90,17 +83,9 @@ def von_mises(stress: FloatArray) -> FloatArray:
 def nodal_average(space: TetSpace, values: FloatArray) -> FloatArray:
     """Mean at each node of the values of the elements around it, by their volume.
 
-    Parameters
-    ----------
-    values : (..., M, 4) or (..., M, 10) array
-        At the vertices of every element, as from ``element_stress(..., at="vertices")``, or at all
-        nodes of quadratic ones.
-
-    Returns
-    -------
-    (..., n) array
-        One value per vertex of the mesh, or per node of the space; NaN where no element
-        touches it.
+    ``values (..., M, 4) or (..., M, 10)``: at the vertices of every element, as from
+    ``element_stress(..., at="vertices")``, or at all nodes of quadratic ones. Returns ``(..., n)``:
+    one value per vertex of the mesh, or per node of the space; NaN where no element touches it.
     """
     share = signed_volumes(space.mesh)
     each = values.shape[-1]
@@ -125,13 +110,8 @@ def weighted_percentile(values: ArrayLike, weights: ArrayLike, percentile: float
     count, and splitting a sample in two of half its weight changes nothing. Raises `ValueError` if
     shapes differ, a value is NaN, a weight is negative or all are 0.
 
-    Parameters
-    ----------
-    values : array
-    weights : array
-        Of the same shape, not negative; volumes for a volume percentile.
-    percentile : float
-        More than 0, at most 100.
+    ``weights``: of the same shape, not negative; volumes for a volume percentile. ``percentile``:
+    more than 0, at most 100.
 
     Examples
     --------

@@ -47,12 +47,8 @@ def stress_percentile(
 ) -> StressPercentile | None:
     """Percentile by volume of the von Mises stress, taken as linear in the eighths of elements.
 
-    Parameters
-    ----------
-    shares : (8, M) array
-        Share of every eighth of an element that is judged, see `judged_shares`.
-    percentile : float
-        More than 0, at most 100.
+    ``shares (8, M)``: share of every eighth of an element that is judged, see `judged_shares`.
+    ``percentile``: more than 0, at most 100.
 
     Returns
     -------
@@ -79,16 +75,8 @@ def stress_percentile(
 def judged_shares(space: TetSpace, judged: Callable[[FloatArray], BoolArray]) -> FloatArray:
     """Share of every eighth of the elements that is judged, by eight points where a border cuts it.
 
-    Parameters
-    ----------
-    space : TetSpace
-        Quadratic.
-    judged : callable
-        Whether points ``(3, ...)`` mm count, ``(...)``.
-
-    Returns
-    -------
-    (8, M) array
+    ``space``: quadratic. ``judged``: whether points ``(3, ...)`` mm count, ``(...)``. Returns
+    ``(8, M)``.
     """
     pieces = space.elements[EIGHTHS].transpose(1, 0, 2)
     shares: FloatArray = judged(space.nodes)[pieces].mean(axis=0)

@@ -50,10 +50,8 @@ def supports_at(space: TetSpace, prescribed: Iterable[tuple[ArrayLike, Displacem
 
     Raises `CaseError` if two entries ask for different displacements of the same node.
 
-    Parameters
-    ----------
-    prescribed : iterable of (nodes, displacement)
-        Node indices ``(k,)`` and the displacement in x, y, z, mm; ``None`` is free.
+    ``prescribed``: iterable of (nodes, displacement); node indices ``(k,)`` and the displacement in
+    x, y, z, mm; ``None`` is free.
     """
     shape = space.nodes.shape
     fixed = np.zeros(shape, dtype=bool)
@@ -75,10 +73,8 @@ def supports_on(space: TetSpace, prescribed: Iterable[tuple[ArrayLike, Displacem
     Raises `CaseError` if two entries ask for different displacements of the same node, and
     `SolverError` if a set is empty or holds something that is no face of the mesh.
 
-    Parameters
-    ----------
-    prescribed : iterable of (facets, displacement)
-        Vertex indices ``(k, 3)`` and the displacement in x, y, z, mm; ``None`` is free.
+    ``prescribed``: iterable of (facets, displacement); vertex indices ``(k, 3)`` and the
+    displacement in x, y, z, mm; ``None`` is free.
 
     Examples
     --------

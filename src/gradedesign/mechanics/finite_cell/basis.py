@@ -52,12 +52,8 @@ def gauss_weights(count: int) -> FloatArray:
 def lagrange_tables(count: int) -> tuple[FloatArray, FloatArray]:
     """Coefficients, lowest power first, of the Lagrange polynomials of the Gauss points.
 
-    Returns
-    -------
-    values : (count, count) array
-        One polynomial a row.
-    integrals : (count, count + 1) array
-        Their integrals from 0.
+    Returns ``values (count, count)``: one polynomial a row; ``integrals (count, count + 1)``: their
+    integrals from 0.
     """
     points = line(count).points
     values = np.zeros((count, count))

@@ -115,14 +115,8 @@ def refined_elements(field: Field, grid: Grid, coarse: BoolArray) -> Elements:
 
     Raises `LatticeError` if nothing is solid, or the field is not finite.
 
-    Parameters
-    ----------
-    field : callable
-        As for `cut_elements`.
-    grid : Grid
-        Of the small elements, of even shape.
-    coarse : (nx / 2, ny / 2, nz / 2) bool array
-        Blocks of eight bricks that are one element each.
+    ``field``: as for `cut_elements`. ``grid``: of the small elements, of even shape.
+    ``coarse (nx / 2, ny / 2, nz / 2)``: blocks of eight bricks that are one element each.
     """
     half = Grid(
         lower=grid.lower,
@@ -146,12 +140,8 @@ def cut_elements(field: Field, grid: Grid, *, bodies: int = 1) -> Elements:
     The solid ends at the limits of the grid. Raises `LatticeError` if nothing is solid, the field
     is not finite, or disconnected components hold more than 1 %.
 
-    Parameters
-    ----------
-    field : callable
-        Points ``(3, ...)`` in mm to values ``(...)``, negative inside.
-    bodies : int
-        Connected components to keep, the largest first.
+    ``field``: points ``(3, ...)`` in mm to values ``(...)``, negative inside. ``bodies``: connected
+    components to keep, the largest first.
     """
     subcells = SUBCELLS
     start = time.perf_counter()

@@ -58,21 +58,11 @@ def nearest_combination(
     """Combination of fields that is nearest to the solution of ``K u = right`` in energy.
 
     Galerkin's method on their span, as `gradedesign.mechanics.solver.galerkin_start` does on
-    tetrahedra: a load at an angle between two others is solved by their sum.
+    tetrahedra: a load at an angle between two others is solved by their sum. Returns ``(N, 3)``:
+    None without fields.
 
-    Parameters
-    ----------
-    keep : (N, 3) float32 array
-        1 for unknowns, 0 for the others.
-    right : (N, 3) array
-        Zero where nothing is kept.
-    fields : sequence of (N, 3) arrays
-        Zero where nothing is kept.
-
-    Returns
-    -------
-    (N, 3) array or None
-        None without fields.
+    ``keep (N, 3)``: 1 for unknowns, 0 for the others. ``right (N, 3)``: zero where nothing is kept.
+    ``fields``, each ``(N, 3)``: zero where nothing is kept.
     """
     if not fields:
         return None

@@ -107,10 +107,7 @@ def geometric_product(geometric: GeometricStiffness, u: FloatArray) -> FloatArra
 def _work_of_stress(gradients: FloatArray) -> NDArray[np.float32]:
     """Upper triangle of the element matrix by the stress at its points, ``(378, 6 Q)``.
 
-    Parameters
-    ----------
-    gradients : (Q, 3, 27) array
-        Of the shape functions, for a brick of the grid.
+    ``gradients (Q, 3, 27)``: of the shape functions, for a brick of the grid.
     """
     one, other = gradients[..., _ROWS], gradients[..., _COLUMNS]
     products = one[:, _FIRST] * other[:, _SECOND] + one[:, _SECOND] * other[:, _FIRST]

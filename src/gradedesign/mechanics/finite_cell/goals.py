@@ -49,18 +49,8 @@ def goal_force(
 ) -> tuple[FloatArray, SurfacePoints, FloatArray]:
     """Nodal forces equal to the derivative of a goal by displacements, and where they act.
 
-    Parameters
-    ----------
-    at : SurfacePoints
-        Of the goal's region.
-    u : (N, 3) array, mm
-        Solution of its load case.
-
-    Returns
-    -------
-    force : (N, 3) array, N
-    traction : (3, k) array, MPa
-        At these points.
+    ``at``: of the goal's region. ``u (N, 3)``, mm: solution of its load case. Returns
+    ``force (N, 3)``, N; ``traction (3, k)``, MPa: at these points.
     """
     moved = displacement_at(elements, space, u, at.element, at.points)
     slope = goal.by_displacement(moved, at.area)
@@ -83,14 +73,8 @@ def with_residuals(
 ) -> tuple[CaseSolution, ...]:
     """Solutions with the residual of their work, under forces alone, and of their goals.
 
-    Parameters
-    ----------
-    places : mapping of name to SurfacePoints
-        Where the solid reaches the regions.
-    cases : sequence of CaseSolution
-        In the order of the problem's load cases.
-    duals : mapping of any key to Dual
-        Of the problem's goals, by their keys.
+    ``places``: by name; where the solid reaches the regions. ``cases``: in the order of the
+    problem's load cases. ``duals``: by any key; of the problem's goals, by their keys.
     """
     material = problem.material
     lame = lame_constants(material.youngs_modulus, material.poissons_ratio)

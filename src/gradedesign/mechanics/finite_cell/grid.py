@@ -54,13 +54,8 @@ def fit_grid(
     The box's own faces always lie on it, so bricks may differ a little from cubes. Raises
     `CaseError` if the box is empty or the spacing not positive.
 
-    Parameters
-    ----------
-    lower, upper : (3,) array_like, mm
-    spacing : float, mm
-        Largest edge of a brick.
-    multiple : int
-        Of which the number of bricks along each axis is one.
+    ``lower (3,)``, ``upper (3,)``, mm. ``spacing``, mm: largest edge of a brick. ``multiple``: of
+    which the number of bricks along each axis is one.
     """
     low, high = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
     extent = high - low

@@ -39,19 +39,8 @@ def hanging_nodes(
 ) -> tuple[NDArray[np.int32], IntArray, Hanging]:
     """Number hanging nodes behind the free ones.
 
-    Parameters
-    ----------
-    nodes : (n, 27) int32 array
-    place : (N, 3) int32 array
-        In halves of the grid's edges.
-    held : (h, 2) int array
-        Of `attach_small`.
-
-    Returns
-    -------
-    nodes : (n, 27) int32 array
-    order : (N,) int array
-        Earlier number of every node.
+    ``nodes (n, 27)``. ``place (N, 3)``: in halves of the grid's edges. ``held (h, 2)``: of
+    `attach_small`. Returns ``nodes (n, 27)``; ``order (N,)``: earlier number of every node.
     """
     node, owner = nodes.ravel()[held[:, 0]], held[:, 1]
     hangs = np.zeros(len(place), dtype=bool)

@@ -31,11 +31,7 @@ def mass_product(
 ) -> FloatArray:
     """Product of the mass matrix with nodal values ``(N, 3)``, whose hanging rows are set.
 
-    Parameters
-    ----------
-    space : BrickSpace
-        Of order 2.
-    density : float, t/mm^3
+    ``space``: of order 2. ``density``, t/mm^3.
     """
     fill_hanging(space.hanging, u)
     out = np.zeros_like(u)

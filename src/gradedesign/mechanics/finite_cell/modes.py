@@ -41,14 +41,8 @@ def natural_modes(
 
     Raises `SolverError` if the iteration does not converge.
 
-    Parameters
-    ----------
-    density : float, t/mm^3
-    count : int
-    similar : sequence of (N, 3) arrays
-        Displacements of load cases of the same supports, to start from.
-    name : str
-        Of the load case that holds the solid.
+    ``density``, t/mm^3. ``similar``, each ``(N, 3)``: displacements of load cases of the same
+    supports, to start from. ``name``: of the load case that holds the solid.
     """
     began = time.perf_counter()
     problem = _problem(

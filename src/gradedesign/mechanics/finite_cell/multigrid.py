@@ -86,14 +86,8 @@ def build_preconditioner(
 ) -> Preconditioner:
     """Set up all levels.
 
-    Parameters
-    ----------
-    space : BrickSpace
-        Of order 2.
-    stiffness : Operator
-        In double precision.
-    fixed : (N, 3) bool array
-        Hanging nodes among them.
+    ``space``: of order 2. ``stiffness``: in double precision. ``fixed (N, 3)``: hanging nodes among
+    them.
     """
     report_step(f"multigrid of {3 * len(space.place)} unknowns")
     keep = (~fixed).astype(np.float32)

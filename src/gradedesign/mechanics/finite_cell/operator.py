@@ -61,13 +61,8 @@ def operator(
 ) -> Operator:
     """Stiffness in double precision.
 
-    Parameters
-    ----------
-    space : BrickSpace
-        Of order 2.
-    lame : (float, float), MPa
-    softness : float
-        Stiffness of the void in cut elements over that of the solid.
+    ``space``: of order 2. ``lame``, MPa. ``softness``: stiffness of the void in cut elements over
+    that of the solid.
     """
     edges = elements.grid.edges
     groups = []

@@ -78,13 +78,7 @@ def build_patches(
 ) -> Patches | None:
     """Assemble and invert the patches; None if no node is weak.
 
-    Parameters
-    ----------
-    free : FreeNodes
-        Of all elements.
-    stiffness : Operator
-        In double precision.
-    keep : (N, 3) float32 array
+    ``free``: of all elements. ``stiffness``: in double precision. ``keep (N, 3)``.
     """
     weak = _weak_nodes(elements, space, free, stiffness)
     holding = np.flatnonzero(weak[free.nodes].any(axis=1))

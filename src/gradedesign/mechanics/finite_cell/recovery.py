@@ -37,12 +37,7 @@ def recovered_stress(
     with their neighbours: a brick is wider than a wall, so that a patch would mix both of its
     faces.
 
-    Parameters
-    ----------
-    u : (N, 3) array, mm
-    lame : (float, float), MPa
-    thermal_strain : float
-        Free expansion, subtracted from the strain.
+    ``u (N, 3)``, mm. ``lame``, MPa. ``thermal_strain``: free expansion, subtracted from the strain.
 
     References
     ----------

@@ -51,10 +51,7 @@ class ResidualPlaces:
 def residual_places(elements: Elements, field: Field) -> ResidualPlaces:
     """Points at which the tractions of any solution on these elements are looked at.
 
-    Parameters
-    ----------
-    field : callable
-        That they were cut by.
+    ``field``: that they were cut by.
     """
     report_step("error estimate")
     surface = _cut_surface(elements, field)

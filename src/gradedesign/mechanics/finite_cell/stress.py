@@ -45,10 +45,7 @@ class SolidParts:
 def solid_parts(elements: Elements, most: int | None = None) -> SolidParts:
     """Sub-cells that hold solid.
 
-    Parameters
-    ----------
-    most : int, optional
-        Take evenly spaced ones, so many at most.
+    ``most``: take evenly spaced ones, so many at most.
     """
     parts = BLOCKS**3
     first, total = elements.whole * parts, len(elements.position) * parts

@@ -64,13 +64,8 @@ def held_by(
     Raises `CaseError` if two supports prescribe a node differently, and `SolverError` if the
     supports leave rigid motions free.
 
-    Parameters
-    ----------
-    regions : mapping of name to Region
-    places : mapping of name to SurfacePoints
-        Where the solid reaches the regions.
-    modulus : float, MPa
-        P-wave modulus of the solid.
+    ``regions``: by name. ``places``: by name; where the solid reaches the regions. ``modulus``,
+    MPa: p-wave modulus of the solid.
     """
     count = len(space.place)
     fixed = np.zeros((count, 3), dtype=bool)

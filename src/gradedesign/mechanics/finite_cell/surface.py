@@ -132,10 +132,7 @@ def region_points(elements: Elements, field: Field, region: Region) -> SurfacePo
 
     Raises `LatticeError` if no solid reaches the region.
 
-    Parameters
-    ----------
-    field : callable
-        That the elements were cut by.
+    ``field``: that the elements were cut by.
     """
     grid = elements.grid
     triangles = split_by_grid(region.corners, grid.lower, grid.edges)

@@ -128,12 +128,7 @@ def traction_residual(
     share by which the work of the loads is too small; the constant is measured, see
     `limits.banded.RESIDUAL_FACTORS`.
 
-    Parameters
-    ----------
-    u : (N, 3) array, mm
-    lame : (float, float), MPa
-    free : (3, m) bool array
-        See `free_components`.
+    ``u (N, 3)``, mm. ``lame``, MPa. ``free (3, m)``: see `free_components`.
 
     References
     ----------
@@ -165,13 +160,9 @@ def goal_residual(
     the same constants apply: the energy between two errors is a quarter of that of their sum less a
     quarter of that of their difference, and so are these products.
 
-    Parameters
-    ----------
-    solution, dual : Imbalance
-        The dual is what forces equal to the derivative of the value by the displacements cause.
-    lame : (float, float), MPa
-    free : (3, m) bool array
-        Where neither of them carries a traction, see `free_components`.
+    ``solution``, ``dual``: the dual is what forces equal to the derivative of the value by the
+    displacements cause. ``lame``, MPa. ``free (3, m)``: where neither of them carries a traction,
+    see `free_components`.
 
     References
     ----------

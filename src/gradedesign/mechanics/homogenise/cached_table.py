@@ -151,7 +151,7 @@ def computed_law(
 
     Raises `DensityError`, `LatticeError` or `SolverError` as `compute_table`; `DensityError` also
     if the law would not meet ``density``, `SolverError` if stiffness or strength do not grow with
-    density.
+    density. Returns ScalingLaw: of kind ``computed``, named ``<family>-computed``.
 
     Parameters
     ----------
@@ -167,11 +167,6 @@ def computed_law(
         refused before anything is computed.
     on_row : callable, optional
         As `compute_table`, where the law is computed.
-
-    Returns
-    -------
-    ScalingLaw
-        Of kind ``computed``, named ``<family>-computed``.
     """
     resolution = resolution or on_demand_resolution(cell, edges)
     if density is not None:

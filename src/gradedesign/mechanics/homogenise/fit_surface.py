@@ -65,21 +65,12 @@ def fit_surface(
 ) -> StrengthSurface:
     """Fit a surface over more than 300 macroscopic stresses and check it on 200 others.
 
-    Raises `SolverError` if no surface is positive in every direction.
+    Raises `SolverError` if no surface is positive in every direction. Returns StrengthSurface: with
+    its errors over the unseen directions.
 
-    Parameters
-    ----------
-    symmetry : str
-        Of the cell: ``cubic``, ``tetragonal``, ``orthotropic`` or ``none``.
-    rng : numpy.random.Generator
-        Draws directions and candidate points.
-    percentile : float
-        By volume, of the local von Mises stress.
-
-    Returns
-    -------
-    StrengthSurface
-        With its errors over the unseen directions.
+    ``symmetry``: of the cell: ``cubic``, ``tetragonal``, ``orthotropic`` or ``none``. ``rng``:
+    numpy.random.Generator; draws directions and candidate points. ``percentile``: by volume, of the
+    local von Mises stress.
 
     Notes
     -----

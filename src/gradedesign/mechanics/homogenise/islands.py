@@ -74,18 +74,10 @@ def connected_wall(fill: FloatArray) -> FloatArray:
 
     A face that cuts the cells leaves fragments that no other part of the wall holds; they carry
     nothing, and an equation system with them has no solution. Raises `LatticeError` if no component
-    does.
+    does. Returns ``(nx, ny, nz)``: with void in place of every component that does not connect the
+    wall to its neighbours along both x and y.
 
-    Parameters
-    ----------
-    fill : (nx, ny, nz) array
-        Solid where positive; void below and above it.
-
-    Returns
-    -------
-    (nx, ny, nz) array
-        With void in place of every component that does not connect the wall to its neighbours
-        along both x and y.
+    ``fill (nx, ny, nz)``: solid where positive; void below and above it.
     """
     values = np.asarray(fill, dtype=np.float64)
     # A layer of void keeps the faces from meeting.

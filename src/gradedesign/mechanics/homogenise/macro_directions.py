@@ -18,11 +18,8 @@ FROBENIUS = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
 def named_directions() -> dict[str, FloatArray]:
     """Uniaxial, shear, equibiaxial and deviatoric stresses along and between the cell's axes.
 
-    Returns
-    -------
-    dict of str to (6, k) array
-        Stresses in Voigt order xx, yy, zz, yz, xz, xy, each of unit von Mises stress; all
-        equivalents under cubic symmetry, none twice: 63 in all.
+    Returns each ``(6, k)``: stresses in Voigt order xx, yy, zz, yz, xz, xy, each of unit von Mises
+    stress; all equivalents under cubic symmetry, none twice: 63 in all.
     """
     axes = {
         "100": [(1, 0, 0), (0, 1, 0), (0, 0, 1)],
@@ -59,9 +56,7 @@ def named_directions() -> dict[str, FloatArray]:
 def spread_directions(count: int, rng: np.random.Generator) -> FloatArray:
     """Random stresses of unit Frobenius norm, some of them close to hydrostatic.
 
-    Returns
-    -------
-    (6, count) array
+    Returns ``(6, count)``.
     """
     normal = rng.standard_normal((6, count))
     normal /= np.linalg.norm(normal, axis=0)

@@ -109,14 +109,7 @@ def voxel_counts(edges: Sequence[float], resolution: int) -> tuple[int, int, int
     fit best. Equal edges have ``resolution`` each. Raises `SolverError` if no numbers fit the
     proportion within `_EDGE_MISFIT`.
 
-    Parameters
-    ----------
-    edges : (3,) sequence
-        Up to a factor.
-
-    Returns
-    -------
-    (int, int, int)
+    ``edges (3,)``: up to a factor.
     """
     lengths = np.asarray(edges, dtype=np.float64)
     if np.ptp(lengths) == 0:

@@ -116,16 +116,7 @@ def stress_distribution(
 ) -> FloatArray:
     """Percentiles by volume of the local von Mises stress over one of them, mean over stresses.
 
-    Parameters
-    ----------
-    macro : (6, k) array
-    percent : (t,) array
-    percentile : float
-        Whose local stress is 1.
-
-    Returns
-    -------
-    (t,) array
+    ``macro (6, k)``. ``percent (t,)``. ``percentile``: whose local stress is 1. Returns ``(t,)``.
     """
     shares = np.zeros((macro.shape[1], len(percent)))
     for row, some in zip(shares, macro.T.astype(np.float32), strict=True):

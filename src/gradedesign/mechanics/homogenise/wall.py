@@ -62,14 +62,9 @@ def wall_stiffness(
     Raises `LatticeError` if the wall does not hang together along x and y, and `SolverError` if a
     solve does not converge.
 
-    Parameters
-    ----------
-    fill : (nx, ny, nz) array
-        One period along x and y and the whole thickness; 0 to 1.
-    middle : float, optional
-        Height of the middle plane above the first voxel's lower face; ``nz / 2`` by default.
-    rtol : float
-        Of the solves; membrane and bending are right to its square.
+    ``fill (nx, ny, nz)``: one period along x and y and the whole thickness; 0 to 1. ``middle``:
+    height of the middle plane above the first voxel's lower face; ``nz / 2`` by default. ``rtol``:
+    of the solves; membrane and bending are right to its square.
 
     Notes
     -----

@@ -23,12 +23,7 @@ def judged_cases(
 
     Raises `CaseError` if supports hold the whole region in every load case of the entry.
 
-    Parameters
-    ----------
-    place : str
-        Of the entry in ``[limits]``, such as ``displacement[0]``.
-    name : str
-        Of the limit.
+    ``place``: of the entry in ``[limits]``, such as ``displacement[0]``. ``name``: of the limit.
     """
     nodes = placed.nodes[entry.region]
     cases = {

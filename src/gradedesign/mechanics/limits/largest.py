@@ -18,12 +18,8 @@ def largest_and_slope(values: FloatArray, exponent: float) -> tuple[float, Float
     lowers those that come next as well (Le, Norato, Bruns, Ha, Tortorelli, Struct. Multidisc.
     Optim. 41, 2010, 605-620, equation 17).
 
-    Parameters
-    ----------
-    values : array
-        Not negative.
-    exponent : float
-        Of the norm: a value that is lower by 1 % weighs less by so many per cent.
+    ``values``: not negative. ``exponent``: of the norm: a value that is lower by 1 % weighs less by
+    so many per cent.
 
     Examples
     --------

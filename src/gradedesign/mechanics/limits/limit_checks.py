@@ -23,10 +23,7 @@ def repeated_limits(limits: LimitsSpec, load_cases: Sequence[str]) -> Iterator[P
 
     Two of them contradict each other or one is void: which one is meant, only the user knows.
 
-    Parameters
-    ----------
-    load_cases : sequence of str
-        Names of all of them.
+    ``load_cases``: names of all of them.
     """
     for name in limits.lists():
         seen: dict[tuple[Any, ...], tuple[int, LimitEntry]] = {}

@@ -79,10 +79,7 @@ def expected_factors(
     share counts for smaller elements. The band of other values, percentiles of stress, reaches
     `LEAST_UNKNOWN` at least to both sides, and its unfavourable end judges them.
 
-    Parameters
-    ----------
-    residuals : mapping of load case to float
-        See `finite_cell.traction_residual`.
+    ``residuals``: by load case; see `finite_cell.traction_residual`.
     """
     share, _, _ = RESIDUAL_FACTORS
     factors: dict[LimitKey, float] = {}

@@ -10,10 +10,7 @@ from gradedesign.arrays import VOIGT_PLACES, FloatArray
 def bond_matrix(rotation: FloatArray) -> FloatArray:
     """Stress transformation of Voigt vectors, ``(6, 6, ...)``, so that ``C' = M C M^T``.
 
-    Parameters
-    ----------
-    rotation : (3, 3, ...) array
-        Takes cell components to global ones, ``x' = R x``.
+    ``rotation (3, 3, ...)``: takes cell components to global ones, ``x' = R x``.
 
     References
     ----------

@@ -54,15 +54,8 @@ class BucklingLaw:
     def profile(self, stress: FloatArray) -> FloatArray:
         """Use at every density of the law.
 
-        Parameters
-        ----------
-        stress : (6, ...) array
-            Macroscopic Voigt stress in the cell's axes over the base material's Young's modulus.
-
-        Returns
-        -------
-        (k, ...) array
-            1 where buckling cannot be excluded any more.
+        ``stress (6, ...)``: macroscopic Voigt stress in the cell's axes over the base material's
+        Young's modulus. Returns ``(k, ...)``: 1 where buckling cannot be excluded any more.
         """
         sizes = np.stack([np.maximum(-stress, 0.0), np.maximum(stress, 0.0)], axis=1)
         return np.tensordot(1 / self.table.critical, sizes, axes=([1, 2], [0, 1]))

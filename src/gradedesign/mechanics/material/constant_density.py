@@ -17,17 +17,9 @@ def density_for_stiffness(law: ScalingLaw, share: float) -> float:
 
     Displacements and work of the solid part are scaled by ``1 / E*``, which is exact for a
     homogeneous, isotropic cellular copy of the part. Raises `DensityError` if the window's upper
-    end is not enough.
+    end is not enough. Returns float: the window's lower end where that is enough already.
 
-    Parameters
-    ----------
-    share : float
-        Value over limit of the fully solid part.
-
-    Returns
-    -------
-    float
-        The window's lower end where that is enough already.
+    ``share``: value over limit of the fully solid part.
 
     References
     ----------
@@ -44,17 +36,10 @@ def density_for_stiffness(law: ScalingLaw, share: float) -> float:
 def density_for_strength(law: ScalingLaw, share: float) -> float:
     """Smallest density of the law's window that holds a limit on stress.
 
-    Raises `DensityError` if the window's upper end is not enough.
+    Raises `DensityError` if the window's upper end is not enough. Returns float: the window's lower
+    end where that is enough already.
 
-    Parameters
-    ----------
-    share : float
-        Stress over permitted stress of the fully solid part.
-
-    Returns
-    -------
-    float
-        The window's lower end where that is enough already.
+    ``share``: stress over permitted stress of the fully solid part.
 
     References
     ----------

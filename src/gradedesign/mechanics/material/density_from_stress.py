@@ -20,18 +20,10 @@ def density_from_stress(
     """Smallest density in a law's window whose strength holds the stress, point by point.
 
     Where the densest is not strong enough, that one, as a start for an iteration that checks the
-    limit itself. Raises `DensityError` if a stress is not finite, or nothing is permitted.
+    limit itself. Raises `DensityError` if a stress is not finite, or nothing is permitted. Returns
+    ``(...)``.
 
-    Parameters
-    ----------
-    von_mises : (...) array, MPa
-        In the fully solid part.
-    permitted : float, MPa
-        In the base material.
-
-    Returns
-    -------
-    (...) array
+    ``von_mises (...)``, MPa: in the fully solid part. ``permitted``, MPa: in the base material.
 
     References
     ----------

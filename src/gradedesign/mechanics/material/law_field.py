@@ -126,17 +126,9 @@ class LawField:
     def stress_profile(self, stress: FloatArray | None, von_mises: FloatArray | None) -> FloatArray:
         """Local factors of a macroscopic stress for `local_stress`, rows of every law in turn.
 
-        Parameters
-        ----------
-        stress : (6, M, q) array or None
-            In the axes of the cells; needed where a law knows local stress.
-        von_mises : (M, q) array or None
-            Macroscopic; needed where a law does not.
-
-        Returns
-        -------
-        (k, M) array
-            Means over the q points; 0 where a law has no weight.
+        ``stress (6, M, q)``: in the axes of the cells; needed where a law knows local stress.
+        ``von_mises (M, q)``: macroscopic; needed where a law does not. Returns ``(k, M)``: means
+        over the q points; 0 where a law has no weight.
         """
         blocks = []
         for law, at, _ in self._parts():

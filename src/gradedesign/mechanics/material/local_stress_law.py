@@ -59,32 +59,17 @@ class LocalStressLaw:
     def profile(self, stress: FloatArray) -> FloatArray:
         """Local stress at every density of the law.
 
-        Parameters
-        ----------
-        stress : (6, ...) array
-            Macroscopic Voigt stress in the cell's axes.
-
-        Returns
-        -------
-        (k, ...) array
-            In the unit of ``stress``.
+        ``stress (6, ...)``: macroscopic Voigt stress in the cell's axes. Returns ``(k, ...)``: in
+        the unit of ``stress``.
         """
         return np.stack([surface.local_stress(stress) for surface in self.surfaces])
 
     def at(self, profile: FloatArray, rho: FloatArray) -> FloatArray:
         """Local stress at densities between those of the law.
 
-        Raises `DensityError` if a density leaves the range.
+        Raises `DensityError` if a density leaves the range. Returns ``(n,)``.
 
-        Parameters
-        ----------
-        profile : (k, n) array
-        rho : (n,) array
-            Inside the law's range.
-
-        Returns
-        -------
-        (n,) array
+        ``profile (k, n)``. ``rho (n,)``: inside the law's range.
         """
         return self.slopes(profile, rho)[0]
 
@@ -107,15 +92,8 @@ class LocalStressLaw:
     def stress_slope(self, stress: FloatArray, by_profile: FloatArray) -> FloatArray:
         """Derivative by macroscopic stress of what depends on its profile.
 
-        Parameters
-        ----------
-        stress : (6, n, q) array
-        by_profile : (k, n) array
-            Derivatives by the means over the q points of the profile.
-
-        Returns
-        -------
-        (6, n, q) array
+        ``stress (6, n, q)``. ``by_profile (k, n)``: derivatives by the means over the q points of
+        the profile. Returns ``(6, n, q)``.
         """
         slope = np.zeros(stress.shape)
         for surface, weight in zip(self.surfaces, by_profile, strict=True):
@@ -129,19 +107,10 @@ class LocalStressLaw:
     ) -> FloatArray:
         """Least density at and above which the local stress stays within what is permitted.
 
-        Raises `DensityError` if the bounds leave the law's range.
+        Raises `DensityError` if the bounds leave the law's range. Returns ``(n,)``: the upper bound
+        where that is not strong enough, for the caller to judge.
 
-        Parameters
-        ----------
-        profile : (k, n) array, MPa
-        permitted : float, MPa
-        bounds : (float, float)
-            Inside the law's range.
-
-        Returns
-        -------
-        (n,) array
-            The upper bound where that is not strong enough, for the caller to judge.
+        ``profile (k, n)``, MPa. ``permitted``, MPa. ``bounds``: inside the law's range.
 
         Notes
         -----
@@ -179,12 +148,8 @@ class LocalStressLaw:
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Share of a cell's solid where the local stress exceeds a multiple of its percentile.
 
-        Parameters
-        ----------
-        stress_share : (n,) array
-            The multiple; 1 gives the share above the percentile itself.
-        rho : (n,) array
-            Inside the law's range.
+        ``stress_share (n,)``: the multiple; 1 gives the share above the percentile itself.
+        ``rho (n,)``: inside the law's range.
 
         Returns
         -------

@@ -41,6 +41,8 @@ def long_wave_use(
 ) -> FloatArray:
     """Share of its resistance against long waves that a lattice uses.
 
+    Returns ``(n,)``: 1 where the lattice buckles; 0 where no load of this kind buckles it.
+
     Parameters
     ----------
     stress : (6, n) array
@@ -50,11 +52,6 @@ def long_wave_use(
         proportion to the solid.
     negligible : float
         Where the use is at most this, an upper bound that is at most this may stand for it.
-
-    Returns
-    -------
-    (n,) array
-        1 where the lattice buckles; 0 where no load of this kind buckles it.
     """
     inside = np.clip(rho, *law.window)
     use = _most(law, stress, inside)

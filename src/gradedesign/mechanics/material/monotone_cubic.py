@@ -19,14 +19,8 @@ def cubic_derivatives(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Every curve at its own place, and how it changes.
 
-    Parameters
-    ----------
-    knots : (k,) array
-        Increasing, two or more.
-    values : (k, n) array
-        Of n curves.
-    x : (n,) array
-        Between the first knot and the last.
+    ``knots (k,)``: increasing, two or more. ``values (k, n)``: of n curves. ``x (n,)``: between the
+    first knot and the last.
 
     Returns
     -------

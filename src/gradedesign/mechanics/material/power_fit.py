@@ -38,12 +38,7 @@ class PowerFit:
 def fit_power(density: FloatArray, value: FloatArray) -> PowerFit | None:
     """Power law through the widest run of values that one follows within `MOST_RESIDUAL`.
 
-    Parameters
-    ----------
-    density : (k,) array
-        Ascending.
-    value : (k,) array
-        Positive.
+    ``density (k,)``: ascending. ``value (k,)``: positive.
 
     Returns
     -------

@@ -28,10 +28,7 @@ def independent_entries(symmetry: str) -> Mapping[str, _Entries]:
     Three under cubic symmetry; nine, ``C11`` to ``C66``, under tetragonal and orthotropic symmetry
     about the axes; else all twenty-one.
 
-    Parameters
-    ----------
-    symmetry : str
-        ``cubic``, ``tetragonal``, ``orthotropic`` or ``none``.
+    ``symmetry``: ``cubic``, ``tetragonal``, ``orthotropic`` or ``none``.
 
     Examples
     --------

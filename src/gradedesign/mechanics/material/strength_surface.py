@@ -91,14 +91,7 @@ def symmetric_powers(
 ) -> FloatArray:
     """Mean over a symmetry group of ``(sigma . Q . sigma)^(exponent / 2)``.
 
-    Parameters
-    ----------
-    forms : (k, 6, 6) array
-    stress : (6, ...) array
-
-    Returns
-    -------
-    (k, ...) array
+    ``forms (k, 6, 6)``. ``stress (6, ...)``. Returns ``(k, ...)``.
     """
     # Here, so that importing the package does not load numba.
     from gradedesign.common.system.threads import in_ranges

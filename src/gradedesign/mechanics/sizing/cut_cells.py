@@ -27,12 +27,7 @@ def cut_share(
     ``N / (N + LOST)`` with N cells across the thinnest wall that a tetrahedron lies in, 1 where it
     lies in none.
 
-    Parameters
-    ----------
-    cell_map : CellMap
-        Straight cells of equal edges.
-    lattice : (M,) bool array
-        Tetrahedra that hold lattice.
+    ``cell_map``: straight cells of equal edges. ``lattice (M,)``: tetrahedra that hold lattice.
     """
     faces, has_wall = wall_faces(cell_map, part, domain, mesh, lattice)
     across = np.where(has_wall, faces[1] - faces[0], np.inf).min(axis=0)

@@ -65,6 +65,7 @@ def cone_filter(
     are spread to the nodes of a grid of a sixth of the radius, the cone is taken between nodes, and
     densities are interpolated from these, if there are fewer pairs of nodes: memory then grows with
     the volume of the part over the cube of the radius, not with the square of its tetrahedra.
+    Returns DensityFilter: of M variables.
 
     Parameters
     ----------
@@ -76,11 +77,6 @@ def cone_filter(
     at : (3, k) array, mm, optional
         Points at which values are wanted; the centroids by default. One with no centroid within
         the radius takes the value of the nearest.
-
-    Returns
-    -------
-    DensityFilter
-        Of M variables.
 
     References
     ----------

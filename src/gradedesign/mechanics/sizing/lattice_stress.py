@@ -48,14 +48,8 @@ def stress_demand(
 ) -> tuple[LatticeStress, ...]:
     """Demand on the lattice of the stress in a body of any stiffness on the same tetrahedra.
 
-    Parameters
-    ----------
-    model : HomogenisedModel
-        Its laws, cell axes and load cases.
-    stiffness : Stiffness
-        Of the body: of the lattice, or of the fully solid part.
-    solutions : sequence of Solution
-        Of that body in every load case.
+    ``model``: its laws, cell axes and load cases. ``stiffness``: of the body: of the lattice, or of
+    the fully solid part. ``solutions``: of that body in every load case.
 
     Returns
     -------

@@ -54,6 +54,8 @@ def size_by_mean_density(
 ) -> SizingResult:
     """Least mean density of a family at which no limit is used to more than the target.
 
+    Returns SizingResult: its one variable is the mean density.
+
     Parameters
     ----------
     problem : SizingProblem
@@ -71,11 +73,6 @@ def size_by_mean_density(
     tolerance : float
         The most used limit is used to between ``1 - tolerance`` and 1 of the target, unless the
         lower bound holds or the upper one does not.
-
-    Returns
-    -------
-    SizingResult
-        Its one variable is the mean density.
 
     Notes
     -----

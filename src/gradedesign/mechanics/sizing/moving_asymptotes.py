@@ -100,6 +100,8 @@ def asymptotes_step(
 ) -> tuple[FloatArray, FloatArray]:
     """Minimise ``cost . x`` under approximated constraints ``value <= 0``.
 
+    Returns ``x (n,)``: new variables; ``multipliers (k,)``.
+
     Parameters
     ----------
     x : (n,) array
@@ -116,12 +118,6 @@ def asymptotes_step(
         That of `Asymptotes`.
     move : float
         Largest step of a variable's logarithm.
-
-    Returns
-    -------
-    x : (n,) array
-        New variables.
-    multipliers : (k,) array
     """
     low, high = (np.log(end / x) for end in bounds)
     slopes = gradients * x

@@ -41,12 +41,8 @@ def homogenised_buckling(
 ) -> Modes:
     """Lowest modes in which the homogenised part buckles under a load case.
 
-    Parameters
-    ----------
-    system : ElasticSystem
-        Of the densities, by `homogenised_system`.
-    displacement : (3, N) array, mm
-        Of the load case.
+    ``system``: of the densities, by `homogenised_system`. ``displacement (3, N)``, mm: of the load
+    case.
     """
     strain = model.material.thermal_expansion * case.temperature_change
     stress = element_stress(
@@ -66,6 +62,9 @@ def through_load_factors(
 ) -> tuple[FloatArray, FloatArray]:
     """Derivatives of a value that depends on load factors.
 
+    Returns ``by_displacement (3, N)``; ``by_design (P,)``: at fixed displacements, by every
+    variable of the design.
+
     Parameters
     ----------
     rho : (M,) array
@@ -77,12 +76,6 @@ def through_load_factors(
     by_factor : (k,) array
         Derivatives of the value by each of them: equal ones of equal factors, of which only their
         sum has a derivative.
-
-    Returns
-    -------
-    by_displacement : (3, N) array
-    by_design : (P,) array
-        At fixed displacements, by every variable of the design.
 
     Notes
     -----

@@ -115,10 +115,7 @@ def sizing_step(
 def designed_mass(model: HomogenisedModel, rho: FloatArray, share: FloatArray | None) -> float:
     """Mass of the lattice and of solid members, t: without what stays solid in any case.
 
-    Parameters
-    ----------
-    model : HomogenisedModel
-        Without the members.
+    ``model``: without the members.
     """
     if share is None:
         return lattice_mass(model, rho)

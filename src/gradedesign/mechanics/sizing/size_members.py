@@ -68,6 +68,8 @@ def size_members(
 ) -> SizingResult:
     """The lightest lattice with solid members that holds every limit.
 
+    Returns SizingResult: with the members' field of the bodies, and the history of all stages.
+
     Parameters
     ----------
     problem : SizingProblem
@@ -83,11 +85,6 @@ def size_members(
         result.
     on_step : callable, optional
         Receives the analyses of bodies; those of ``sized`` it receives there.
-
-    Returns
-    -------
-    SizingResult
-        With the members' field of the bodies, and the history of all stages.
     """
     problem = replace(problem, model=with_moments(problem.model))
     part, radius = problem.model, _RADIUS * thickness

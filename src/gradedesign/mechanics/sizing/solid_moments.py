@@ -49,17 +49,9 @@ def solid_moments(domain: DesignDomain, mesh: TetMesh) -> FloatArray:
     The distance to the solid is taken as linear in each of `DIVISIONS` ** 3 pieces of every
     tetrahedron: exact for plane layers whose faces lie a piece apart or more. Slabs, which may be
     thinner, are exact by themselves, and spread evenly over what other solids leave of a
-    tetrahedron.
+    tetrahedron. Returns ``(10, m)``: in the order of `gradedesign.mechanics.fe.stiffness.PAIRS`.
 
-    Parameters
-    ----------
-    mesh : TetMesh
-        Of the part.
-
-    Returns
-    -------
-    (10, m) array
-        In the order of `gradedesign.mechanics.fe.stiffness.PAIRS`.
+    ``mesh``: of the part.
     """
     moments = np.zeros((len(PAIRS), mesh.tets.shape[1]))
     others = [solid for solid in domain.solids if solid.slab is None]

@@ -34,6 +34,8 @@ def through_local_stress(
 ) -> tuple[FloatArray, FloatArray]:
     """Derivatives of a value that depends on the local stresses of the lattice.
 
+    Returns ``by_displacement (3, N)``; ``by_density (M,)``: at fixed displacements.
+
     Parameters
     ----------
     rho : (M,) array
@@ -42,12 +44,6 @@ def through_local_stress(
         Of that load case.
     by_local : (M,) array
         Derivatives of the value by the local stress of every tetrahedron.
-
-    Returns
-    -------
-    by_displacement : (3, N) array
-    by_density : (M,) array
-        At fixed displacements.
     """
     effective = effective_density(model, rho)
     inside = effective

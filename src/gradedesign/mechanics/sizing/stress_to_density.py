@@ -53,6 +53,7 @@ def size_by_stress(
     """Least factor on the stress of the solid part with which every limit holds.
 
     Raises `DensityError` if the law has no strength, or the solid part no stress where lattice is.
+    Returns SizingResult: its one variable is the factor.
 
     Parameters
     ----------
@@ -68,11 +69,6 @@ def size_by_stress(
         the law's densities use the stress up to the target.
     max_iterations : int
         Analyses at most.
-
-    Returns
-    -------
-    SizingResult
-        Its one variable is the factor.
     """
     model = problem.model
     weights = model.lattice_volumes / model.lattice_volumes.sum()

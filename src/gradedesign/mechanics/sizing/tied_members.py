@@ -31,14 +31,8 @@ _IN_SOLID = 0.1
 def tied(part: HomogenisedModel, members: Members, field: MemberField, least: float) -> MemberField:
     """The field of members with a tie along the shortest way to every solid that stands alone.
 
-    Parameters
-    ----------
-    part : HomogenisedModel
-        Without the members.
-    field : MemberField
-        Variables of the tetrahedra.
-    least : float, mm
-        Thickness of a tie, about.
+    ``part``: without the members. ``field``: variables of the tetrahedra. ``least``, mm: thickness
+    of a tie, about.
     """
     mesh = part.space.mesh
     share = mean_share((filtered(members.filter, field.variables) > _HALF).astype(np.float64))

@@ -84,24 +84,13 @@ def wall_factors(
     """Find the walls of a part and homogenise each kind of them.
 
     Along each axis of the cells the part reaches from face to face through the centroid of a
-    tetrahedron; where both faces are free and lie across the axis, this is a wall.
+    tetrahedron; where both faces are free and lie across the axis, this is a wall. Returns
+    ``factors``: without the walls that are not known; ``warnings``: walls that count as periodic
+    lattice, and why: those that take too many voxels, or do not hang together at a density that
+    sizing may choose.
 
-    Parameters
-    ----------
-    cell_map : CellMap
-        Straight cells of equal edges.
-    lattice : (M,) bool array
-        Tetrahedra that hold lattice.
-    on_wall : callable
-        Told of each kind of wall before it is computed; not of those in the user's cache.
-
-    Returns
-    -------
-    factors : WallFactors
-        Without the walls that are not known.
-    warnings : tuple of str
-        Walls that count as periodic lattice, and why: those that take too many voxels, or do not
-        hang together at a density that sizing may choose.
+    ``cell_map``: straight cells of equal edges. ``lattice (M,)``: tetrahedra that hold lattice.
+    ``on_wall``: told of each kind of wall before it is computed; not of those in the user's cache.
     """
     points, weights = collapsed_rule(RULE)
     faces, axes = wall_faces(cell_map, part, domain, mesh, lattice)

@@ -51,13 +51,8 @@ def wall_class(
     Raises `DensityError` if no profile has such a bending stiffness: more than all solid at the
     faces has, or less than all in the middle.
 
-    Parameters
-    ----------
-    solid : (k,) array
-        By density.
-    membrane, bending : (k, 3) arrays
-    shear : (k, 2) array
-        Over ``5/6 G h``, that of a uniform plate.
+    ``solid (k,)``: by density. ``membrane``, ``bending``, each ``(k, 3)``. ``shear (k, 2)``: over
+    ``5/6 G h``, that of a uniform plate.
     """
     relative = bending / membrane - 1
     for exponent in EXPONENTS:

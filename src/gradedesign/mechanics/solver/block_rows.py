@@ -81,12 +81,8 @@ def largest_preconditioned(
     Preconditioned conjugate gradients give Lanczos' tridiagonal matrix (Saad, section 6.7.3),
     whose largest eigenvalue converges far faster than power iteration.
 
-    Parameters
-    ----------
-    apply, precondition : callable
-        Arrays of the shape of `mask` to such arrays.
-    mask : float32 array
-        0 on fixed unknowns, 1 elsewhere.
+    ``apply``, ``precondition``: arrays of the shape of `mask` to such arrays. ``mask``: float32
+    array; 0 on fixed unknowns, 1 elsewhere.
     """
     random = np.random.default_rng(20240229)
     r = random.standard_normal(mask.size).astype(np.float32).reshape(mask.shape) * mask

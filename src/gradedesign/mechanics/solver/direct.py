@@ -48,21 +48,11 @@ def solve_direct(matrix: bsr_matrix, keep: BoolArray, right: FloatArray) -> tupl
     """Solve for the unknowns to keep, for several right-hand sides at once.
 
     Raises `SolverError` if the system is not positive definite, or too large for the solvers
-    installed, and `ResourceError` if the factors do not fit the memory left.
+    installed, and `ResourceError` if the factors do not fit the memory left. Returns ``x (k, n)``;
+    ``method``: ``"pardiso"`` or ``"superlu"``.
 
-    Parameters
-    ----------
-    matrix : bsr_matrix
-        ``(n, n)``, without supports.
-    keep : (n,) bool array
-        Unknowns to solve for; the others are zero in the result.
-    right : (k, n) array
-
-    Returns
-    -------
-    x : (k, n) array
-    method : str
-        ``"pardiso"`` or ``"superlu"``.
+    ``matrix``: ``(n, n)``, without supports. ``keep (n,)``: unknowns to solve for; the others are
+    zero in the result. ``right (k, n)``.
     """
     x = np.zeros_like(right)
     free = np.flatnonzero(keep)

@@ -22,8 +22,8 @@ def galerkin_start(
 
     Galerkin's method on the span of the fields: no combination of them leaves an error of less
     energy. Where a design changes little from step to step, two steps' solutions leave a residual
-    of the square of the change (P. F. Fischer, Comput. Methods Appl. Mech. Eng. 163, 1998,
-    p. 193).
+    of the square of the change (P. F. Fischer, Comput. Methods Appl. Mech. Eng. 163, 1998, p. 193).
+    Returns ``(k, n)``: zero where not free.
 
     Parameters
     ----------
@@ -35,11 +35,6 @@ def galerkin_start(
         Right-hand sides, zero where not free.
     earlier : sequence of (3, n / 3) arrays
         Such as the displacements of the designs before. None at all starts from zero.
-
-    Returns
-    -------
-    (k, n) array
-        Zero where not free.
     """
     basis = _unit_vectors(free, earlier)
     if not len(basis):

@@ -108,15 +108,9 @@ def lowest_modes(
 
     Raises `SolverError` if the iteration does not converge, or there is no mode.
 
-    Parameters
-    ----------
-    count : int
-    rtol : float
-        Residual at which the iteration ends. That of a frequency is about half its square.
-    name : str
-        Of the load case, for messages.
-    guard : int
-        Modes that are iterated beyond those asked for.
+    ``rtol``: residual at which the iteration ends. That of a frequency is about half its square.
+    ``name``: of the load case, for messages. ``guard``: modes that are iterated beyond those asked
+    for.
     """
     block = _first_block(problem, count + guard, name)
     wanted = min(count, len(block.x))
@@ -227,12 +221,8 @@ def _sum(a: _Block, b: _Block) -> _Block:
 def _ritz(blocks: Sequence[_Block]) -> tuple[FloatArray, FloatArray]:
     """Combinations of vectors that are modes in their span, lowest first.
 
-    Returns
-    -------
-    weights : (m, r) array
-        Normalised by the stiffness; dependent directions are left out.
-    inverse : (r,) array
-        Reciprocals of their values, largest first.
+    Returns ``weights (m, r)``: normalised by the stiffness; dependent directions are left out;
+    ``inverse (r,)``: reciprocals of their values, largest first.
     """
     stiff = np.block([[a.x @ b.stiff.T for b in blocks] for a in blocks])
     heavy = np.block([[a.x @ b.heavy.T for b in blocks] for a in blocks])

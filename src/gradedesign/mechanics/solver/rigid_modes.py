@@ -16,16 +16,10 @@ DEPENDENT = 1e-10
 def rigid_body_modes(points: FloatArray) -> FloatArray:
     """Three translations and three rotations about the centre of the points.
 
-    Rotations are scaled to the size of the point set, so that all six are of like length.
+    Rotations are scaled to the size of the point set, so that all six are of like length. Returns
+    ``(n, 3, 6)``: displacement of every point in every mode.
 
-    Parameters
-    ----------
-    points : (3, n) array, mm
-
-    Returns
-    -------
-    (n, 3, 6) array
-        Displacement of every point in every mode.
+    ``points (3, n)``, mm.
     """
     x, y, z = points - points.mean(axis=1, keepdims=True)
     size = float(np.sqrt((x**2 + y**2 + z**2).mean())) or 1.0
@@ -40,11 +34,7 @@ def rigid_body_modes(points: FloatArray) -> FloatArray:
 def free_modes(points: FloatArray, fixed: BoolArray) -> tuple[str, ...]:
     """Describe the rigid motions of one piece that its supports leave free.
 
-    Parameters
-    ----------
-    points : (3, n) array, mm
-    fixed : (3, n) bool array
-        Components with a prescribed displacement.
+    ``points (3, n)``, mm. ``fixed (3, n)``: components with a prescribed displacement.
 
     Returns
     -------

@@ -395,12 +395,7 @@ def run_command(words: Sequence[str], interruption: Interruption) -> NoReturn:
 
     Raises Interrupted if so, also where code between here and there made another exception of it.
 
-    Parameters
-    ----------
-    words : sequence of str
-        Its arguments.
-    interruption : Interruption
-        Whether somebody asked to end.
+    ``words``: its arguments. ``interruption``: whether somebody asked to end.
     """
     debug = _DEBUG_FLAG in words
     try:

@@ -31,16 +31,10 @@ def registry_for(*, strict_plugins: bool) -> Registry:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class NamedCell:
-    """A cell family with the parameters that a case states for it.
-
-    Attributes
-    ----------
-    parameters : mapping of str to float
-        Empty for an installed cell, which has its defaults.
-    """
+    """A cell family with the parameters that a case states for it."""
 
     family: CellFamily
-    parameters: Mapping[str, float]
+    parameters: Mapping[str, float]  #: Empty for an installed cell, which has its defaults.
 
 
 def named_cell(registry: Registry, name: str) -> NamedCell:

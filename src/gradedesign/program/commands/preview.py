@@ -36,23 +36,12 @@ _PLACE = re.compile(r"\((-?[\d.e+-]+), (-?[\d.e+-]+), (-?[\d.e+-]+)\) mm")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Preview:
-    """A case as far as it can be shown.
+    """A case as far as it can be shown."""
 
-    Attributes
-    ----------
-    shown : CaseShown or None
-        None where not even its part can be read.
-    title : str
-    problem : Problem or None
-        What is wrong with it.
-    read : tuple of Path
-        Files that it was read from.
-    """
-
-    shown: CaseShown | None
+    shown: CaseShown | None  #: None where not even its part can be read.
     title: str
-    problem: Problem | None
-    read: tuple[Path, ...]
+    problem: Problem | None  #: What is wrong with it.
+    read: tuple[Path, ...]  #: Files that it was read from.
 
     def page(self, watch: str = "") -> str:
         """The page; a served one asks whether ``watch`` still holds, and loads again if not."""
@@ -86,21 +75,11 @@ class Preview:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RunPreview:
-    """A finished run.
-
-    Attributes
-    ----------
-    scene : mapping
-    words : str
-        The verdict.
-    still : bytes or None
-        PNG of the printed body, or of what the run came to.
-    read : tuple of Path
-    """
+    """A finished run."""
 
     scene: Mapping[str, Any]
-    words: str
-    still: bytes | None
+    words: str  #: The verdict.
+    still: bytes | None  #: PNG of the printed body, or of what the run came to.
     read: tuple[Path, ...]
 
     problem: Problem | None = None

@@ -50,27 +50,17 @@ _DAMAGED_MEMORY = 2_000_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ValidateRequest:
-    """Options of the command.
-
-    Attributes
-    ----------
-    junit : Path or None
-        File that gets the comparisons too.
-    jobs : int or None
-        Cases at a time, each in a process of its own; None for this process.
-    history : Path or None
-        File that gets a line of each case.
-    changed : bool
-        Only cases of which the history has no passing line of the same case and program.
-    """
+    """Options of the command."""
 
     keyword: str = ""
     update: bool = False
     strict_plugins: bool = False
     as_json: bool = False
-    junit: Path | None = None
+    junit: Path | None = None  #: File that gets the comparisons too.
+    #: Cases at a time, each in a process of its own; None for this process.
     jobs: int | None = None
-    history: Path | None = None
+    history: Path | None = None  #: File that gets a line of each case.
+    #: Only cases of which the history has no passing line of the same case and program.
     changed: bool = False
 
 

@@ -31,43 +31,23 @@ _MOST_DATES = 6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HistoryLine:
-    """One case of one validation.
-
-    Attributes
-    ----------
-    case_hash : str
-        Of the case and the files it names; empty where it cannot be read.
-    text_key : str
-        Of the texts of case.toml and expected.toml.
-    program_key : str
-        Of all files of the core and of the installed plugins: see `suite_key`.
-    date : str
-        ISO 8601 in UTC.
-    passed : bool
-        Every expected quantity.
-    discrepancy : float or None
-        Largest one of the first iteration, explicit / predicted - 1, with its sign.
-    seconds : float
-        s.
-    peak_bytes : int
-        Resident memory of the process and of those it started.
-    values : mapping of expected quantity to value
-    """
+    """One case of one validation."""
 
     case: str
     version: str
-    case_hash: str
-    text_key: str
-    program_key: str
-    date: str
+    case_hash: str  #: Of the case and the files it names; empty where it cannot be read.
+    text_key: str  #: Of the texts of case.toml and expected.toml.
+    program_key: str  #: Of all files of the core and of the installed plugins: see `suite_key`.
+    date: str  #: ISO 8601 in UTC.
     status: str
     reason: str
-    passed: bool
+    passed: bool  #: Every expected quantity.
     mass_g: float | None
+    #: Largest one of the first iteration, explicit / predicted - 1, with its sign.
     discrepancy: float | None
-    seconds: float
-    peak_bytes: int
-    values: Mapping[str, Any]
+    seconds: float  #: s.
+    peak_bytes: int  #: Resident memory of the process and of those it started.
+    values: Mapping[str, Any]  #: By expected quantity.
 
     @property
     def cause(self) -> tuple[str, str, str]:

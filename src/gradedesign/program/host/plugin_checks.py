@@ -29,9 +29,7 @@ def check_formats(readers: _Shelf, exporters: _Shelf, outputs: _Shelf) -> None:
     Raises PluginError for a suffix that is none, one that two readers take, a key of ``[part]``
     that is taken, or an exporter with the name of an output.
 
-    Parameters
-    ----------
-    readers, exporters, outputs : mapping of name to (record, source)
+    ``readers``, ``exporters``, ``outputs``: mapping of name to (record, source).
     """
     taken: dict[str, tuple[str, PluginSource]] = {}
     tables: dict[str, tuple[Any, PluginSource]] = {}
@@ -86,10 +84,7 @@ def _check_table(
 def check_repairers(repairers: _Shelf) -> None:
     """Refuse repairers with the name of a way of gradedesign's own.
 
-    Raises
-    ------
-    PluginError
-        Names them.
+    Raises `PluginError`: names them.
     """
     for name in OWN_REPAIRS:
         if name in repairers:
@@ -129,17 +124,8 @@ def check_keys(
 ) -> None:
     """Refuse a kind whose list would take the place of a key of the core.
 
-    Parameters
-    ----------
-    kinds : mapping of name to (kind, PluginSource)
-    table : type of Table
-        To which the lists are added.
-    section, noun : str
-        Name of that table, and of such a kind.
-
-    Raises
-    ------
-    PluginError
+    ``kinds``: mapping of name to (kind, PluginSource). ``table``: to which the lists are added.
+    ``section``, ``noun``: name of that table, and of such a kind. Raises `PluginError`.
     """
     own = {field.alias or name for name, field in table.model_fields.items()}
     for name, (kind, source) in kinds.items():

@@ -33,12 +33,8 @@ def recording_failure(
 
     It has the rows of the last finished iteration, and then so have outputs such as the report.
 
-    Parameters
-    ----------
-    timing : callable
-        Seconds of each stage so far.
-    finished : sequence of DesignIteration
-        Iterations so far, which the run goes on to add to.
+    ``timing``: seconds of each stage so far. ``finished``: iterations so far, which the run goes on
+    to add to.
     """
     try:
         yield

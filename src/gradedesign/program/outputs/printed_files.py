@@ -63,14 +63,9 @@ def write_lattice_files(
 ) -> dict[str, str]:
     """Write the files of a lattice and return their names by what the result calls them.
 
-    Raises
-    ------
-    GradeDesignError
-        Raised by an exporter on purpose, such as for a surface that its format cannot hold.
-    PluginError
-        If an exporter raises anything else, or leaves anything but one file.
-    CaseError, ResourceError
-        If the file cannot be written.
+    Raises `GradeDesignError`: raised by an exporter on purpose, such as for a surface that its
+    format cannot hold. Raises `PluginError` if an exporter raises anything else, or leaves anything
+    but one file. Raises `CaseError`, `ResourceError` if the file cannot be written.
     """
     for file in files:
         who = f"exporter '{file.exporter.name}' of {file.source} writing {file.name}"

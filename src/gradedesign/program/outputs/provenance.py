@@ -21,12 +21,8 @@ def stamped(
 
     None of them enters the hash of the case: a finished run that is resumed keeps its own.
 
-    Parameters
-    ----------
-    part : PartSpec
-        Whose files are read again for their checksums.
-    printed : iterable of str
-        Names of the files of the printed lattice; those that were not written are left out.
+    ``part``: whose files are read again for their checksums. ``printed``: names of the files of the
+    printed lattice; those that were not written are left out.
     """
     written = out.artefacts()
     return replace(

@@ -101,14 +101,9 @@ def render_report(
 
     Returns str: HTML that opens without a network; all text from outside is escaped.
 
-    Parameters
-    ----------
-    pictures : mapping of name to PNG bytes
-        Names as in the result's ``files``.
-    case_text : str
-        The case file, printed as it was.
-    scene : mapping, optional
-        Data of the scene of the first screen, see `scene_html`.
+    ``pictures``: mapping of name to PNG bytes; names as in the result's ``files``. ``case_text``:
+    the case file, printed as it was. ``scene``: data of the scene of the first screen, see
+    `scene_html`.
     """
     names: dict[str, list[str]] = {}
     for row in result.limits:

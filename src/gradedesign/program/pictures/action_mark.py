@@ -31,28 +31,17 @@ _ARM = 0.002
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ActionMark:
-    """One thing that acts on the part in a load case.
-
-    Attributes
-    ----------
-    kind : {"force", "pressure", "moment", "acceleration", "displacement"}
-        Sizes are compared within a kind.
-    text : str
-        Its size with unit, such as ``"1300 N"``.
-    vector : (3,) array
-        Direction and size; of a pressure its size along x.
-    corners : (k, 3, 3) array, mm
-        Triangles of the region it acts on; of the whole part for an acceleration.
-    at : (3,) array or None, mm
-        The point that a remote force acts at.
-    """
+    """One thing that acts on the part in a load case."""
 
     load_case: str
+    #: "force", "pressure", "moment", "acceleration" or "displacement". Sizes are compared within a
+    #: kind.
     kind: Kind
-    text: str
-    vector: FloatArray
+    text: str  #: Its size with unit, such as ``"1300 N"``.
+    vector: FloatArray  #: ``(3,)``. Direction and size; of a pressure its size along x.
+    #: ``(k, 3, 3)``, mm. Triangles of the region it acts on; of the whole part for an acceleration.
     corners: FloatArray
-    at: FloatArray | None = None
+    at: FloatArray | None = None  #: ``(3,)``, mm. The point that a remote force acts at.
 
     def __post_init__(self) -> None:
         lock(self, vector=(3,))

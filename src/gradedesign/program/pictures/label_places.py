@@ -33,19 +33,9 @@ def separated(
 ) -> tuple[tuple[Label, ...], tuple[Lines, ...]]:
     """Labels moved in the plane of the picture until none overlaps, and strokes to their points.
 
-    Parameters
-    ----------
-    labels : sequence of Label
-        Their points are the lower left corners of their boxes. Earlier ones keep their places.
-    arrows : sequence of Arrow
-        Left free as well, where there is room.
-    legend : sequence of LegendEntry
-        Likewise.
-
-    Returns
-    -------
-    strokes : tuple of Lines
-        From the point of each label that was moved to where it stands.
+    ``labels``: their points are the lower left corners of their boxes. Earlier ones keep their
+    places. ``arrows``: left free as well, where there is room. ``legend``: likewise. Returns
+    ``strokes``: from the point of each label that was moved to where it stands.
     """
     scale = frame.height / SIZE[1]
     placed = [box for arrow in arrows for box in _arrow_boxes(arrow, frame)]

@@ -37,19 +37,12 @@ class Problem:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SceneHtml:
-    """A scene as a part of a page.
+    """A scene as a part of a page."""
 
-    Attributes
-    ----------
-    style, body, scripts : str
-        For the head, the place of the scene, and the end of the body.
-    script_hashes : tuple of str
-        Sources of a content security policy that let these scripts run, and no others.
-    """
-
-    style: str
-    body: str
-    scripts: str
+    style: str  #: For the head, the place of the scene, and the end of the body.
+    body: str  #: As `style`.
+    scripts: str  #: As `style`.
+    #: Sources of a content security policy that let these scripts run, and no others.
     script_hashes: tuple[str, ...]
 
 

@@ -32,20 +32,11 @@ HATCH, LIFT = 0.012, 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RegionMark:
-    """A region of the part and what it is there for.
+    """A region of the part and what it is there for."""
 
-    Attributes
-    ----------
-    name : str
-        The region's name in the case, and what else its label says.
-    role : {"support", "load", "passive", "region", "unjudged"}
-    corners : (k, 3, 3) array, mm
-        Its triangles.
-    """
-
-    name: str
-    role: Role
-    corners: FloatArray
+    name: str  #: The region's name in the case, and what else its label says.
+    role: Role  #: "support", "load", "passive", "region" or "unjudged".
+    corners: FloatArray  #: ``(k, 3, 3)``, mm. Its triangles.
 
     def __post_init__(self) -> None:
         lock(self, corners=(None, 3, 3))

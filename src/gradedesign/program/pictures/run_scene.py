@@ -36,27 +36,16 @@ _MEASURED = 100_000
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RunShown:
-    """A finished run as it is shown.
+    """A finished run as it is shown."""
 
-    Attributes
-    ----------
-    case : CaseShown
-        With the cells and solid members of the design.
-    density : (TetMesh, (m,) array) or None
-        The part's tetrahedra and their relative densities, 1 where they are solid.
-    printed : SurfaceMesh or None
-        As exported.
-    analysed : mapping of str to SurfaceFields
-        Fields of the explicit analysis by load case, all on one surface, the governing one first.
-    limit : float or None, MPa
-        Allowed stress.
-    """
-
-    case: CaseShown
+    case: CaseShown  #: With the cells and solid members of the design.
+    #: (TetMesh, (m,) array) or None. The part's tetrahedra and their relative densities, 1 where
+    #: they are solid.
     density: tuple[TetMesh, FloatArray] | None = None
-    printed: SurfaceMesh | None = None
+    printed: SurfaceMesh | None = None  #: As exported.
+    #: Fields of the explicit analysis by load case, all on one surface, the governing one first.
     analysed: Mapping[str, SurfaceFields]
-    limit: float | None = None
+    limit: float | None = None  #: MPa. Allowed stress.
 
 
 def run_scene(run: RunShown, title: str) -> dict[str, Any]:

@@ -23,29 +23,17 @@ _BAR_AREA = 0.14
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Layer:
-    """One triangle surface.
+    """One triangle surface."""
 
-    Attributes
-    ----------
-    vertices : (n, 3) array, mm
-    faces : (m, 3) int array
-    values : (n,) or (m,) array, optional
-        Coloured by the scene's bar; per vertex or per face.
-    per_face : bool
-        Whether ``values`` belong to faces.
-    colour : str
-        Used without ``values``.
-    smooth : bool
-        Shade with vertex normals.
-    """
-
-    vertices: FloatArray
-    faces: IntArray
+    vertices: FloatArray  #: ``(n, 3)``, mm.
+    faces: IntArray  #: ``(m, 3)``.
+    #: ``(n,) or (m,)``. Coloured by the scene's bar; per vertex or per face.
     values: FloatArray | None = None
-    per_face: bool = False
+    per_face: bool = False  #: Whether ``values`` belong to faces.
+    #: Used without ``values``.
     colour: str = "#b8bec6"
     opacity: float = 1.0
-    smooth: bool = False
+    smooth: bool = False  #: Shade with vertex normals.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -131,23 +119,13 @@ def scene_box(scene: Scene) -> tuple[FloatArray, FloatArray]:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Frame:
-    """View of a scene: its place in the picture.
+    """View of a scene: its place in the picture."""
 
-    Attributes
-    ----------
-    right, up, back : (3,) arrays
-        Unit vectors of the picture, and towards the viewer.
-    middle : (3,) array, mm
-        Shown at the picture's centre.
-    height : float, mm
-        Of the whole picture.
-    """
-
-    right: FloatArray
-    up: FloatArray
-    back: FloatArray
-    middle: FloatArray
-    height: float
+    right: FloatArray  #: ``(3,)``. Unit vectors of the picture, and towards the viewer.
+    up: FloatArray  #: As `right`.
+    back: FloatArray  #: As `right`.
+    middle: FloatArray  #: ``(3,)``, mm. Shown at the picture's centre.
+    height: float  #: mm. Of the whole picture.
 
 
 def frame_of(scene: Scene) -> Frame:

@@ -33,23 +33,13 @@ _MEMBERS = PHASES.index("solid members")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Volume:
-    """A regular grid around a part.
+    """A regular grid around a part."""
 
-    Attributes
-    ----------
-    lower : (3,) array, mm
-        First node.
-    step : float, mm
-    inside : (nx, ny, nz) bool array
-        Nodes in the part, or within a step of it where it is thin.
-    points : (3, n) array, mm
-        These nodes.
-    """
-
-    lower: FloatArray
-    step: float
+    lower: FloatArray  #: ``(3,)``, mm. First node.
+    step: float  #: mm.
+    #: ``(nx, ny, nz)``. Nodes in the part, or within a step of it where it is thin.
     inside: BoolArray
-    points: FloatArray
+    points: FloatArray  #: ``(3, n)``, mm. These nodes.
 
 
 def volume_of(domain: DesignDomain) -> Volume:
@@ -67,12 +57,9 @@ def cells_data(
 ) -> dict[str, Any]:
     """Cells, their zones, and what stays solid.
 
-    Parameters
-    ----------
-    cell_map : callable, optional
-        Points ``(3, n)`` mm to cell coordinates of period 1; None where they are not known yet.
-    has_cells : bool
-        Whether cells are a phase; else what is not solid is void, or either before a run.
+    ``cell_map``: points ``(3, n)`` mm to cell coordinates of period 1; None where they are not
+    known yet. ``has_cells``: whether cells are a phase; else what is not solid is void, or either
+    before a run.
     """
     points = volume.points
     phase = phase_at(domain, points)

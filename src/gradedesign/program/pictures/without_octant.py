@@ -24,14 +24,8 @@ def without_octant(
 
     Raises MeshError if the Boolean kernel refuses the surface.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        Closed.
-    towards_viewer : (3,) array
-        Signs of the octant.
-    subject : str
-        Names the surface in messages.
+    ``surface``: closed. ``towards_viewer (3,)``: signs of the octant. ``subject``: names the
+    surface in messages.
 
     Returns
     -------

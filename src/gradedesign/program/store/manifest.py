@@ -18,34 +18,18 @@ _SCHEMA = 1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Artefact:
-    """A file as the manifest knows it.
+    """A file as the manifest knows it."""
 
-    Attributes
-    ----------
-    sha256 : str
-        Hexadecimal.
-    size : int
-        Bytes.
-    """
-
-    sha256: str
-    size: int
+    sha256: str  #: Hexadecimal.
+    size: int  #: Bytes.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Manifest:
-    """Content of ``run.json``.
+    """Content of ``run.json``."""
 
-    Attributes
-    ----------
-    case_hash : str
-        Of the case that the folder belongs to.
-    artefacts : mapping of str to Artefact
-        By name relative to the folder, with forward slashes.
-    """
-
-    case_hash: str
-    artefacts: Mapping[str, Artefact]
+    case_hash: str  #: Of the case that the folder belongs to.
+    artefacts: Mapping[str, Artefact]  #: By name relative to the folder, with forward slashes.
 
 
 def measure_artefact(path: Path) -> Artefact:

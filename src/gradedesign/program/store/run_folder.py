@@ -50,17 +50,10 @@ class RunFolder:
     The state is on disk: ``run.json`` names each artefact with its SHA-256 and is replaced after
     each is written; a file that is not in it does not exist. ``stages/`` holds what a resumed run
     starts from.
-
-    Attributes
-    ----------
-    path : Path
-        Absolute.
-    case_hash : str
-        Of the case this folder belongs to.
     """
 
-    path: Path
-    case_hash: str
+    path: Path  #: Absolute.
+    case_hash: str  #: Of the case this folder belongs to.
     _lock: RunLock = field(repr=False)
 
     def __enter__(self) -> RunFolder:
@@ -156,15 +149,9 @@ class RunFolder:
     ) -> None:
         """Store what a stage computed, so that a resumed run need not repeat it.
 
-        Parameters
-        ----------
-        name : str
-            Lower case, such as ``sizing-3``.
-        key : str
-            `gradedesign.common.system.cache.content_key` of everything that the stage depends on.
-        arrays : mapping of str to array_like
-        meta : mapping
-            JSON values.
+        ``name``: lower case, such as ``sizing-3``. ``key``:
+        `gradedesign.common.system.cache.content_key` of everything that the stage depends on.
+        ``meta``: JSON values.
         """
         header = {"schema": _SCHEMA, "stage": name, "key": key, "meta": dict(meta)}
         path = self._stage_path(name)

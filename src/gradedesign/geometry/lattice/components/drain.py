@@ -33,26 +33,13 @@ _OFF = 1.0
 class Drain(CutComponent):
     """A hole along a straight axis, with a round bottom.
 
-    Attributes
-    ----------
-    mouth : (3,) array, mm
-        On the part's surface.
-    inward : (3,) array
-        Unit direction of the axis.
-    radius : float, mm
-    depth : float, mm
-        Of the axis below the mouth; the bottom reaches a radius deeper.
-
-    Raises
-    ------
-    LatticeError
-        If radius or depth are not positive.
+    Raises `LatticeError` if radius or depth are not positive.
     """
 
-    mouth: FloatArray
-    inward: FloatArray
-    radius: float
-    depth: float
+    mouth: FloatArray  #: ``(3,)``, mm. On the part's surface.
+    inward: FloatArray  #: ``(3,)``. Unit direction of the axis.
+    radius: float  #: mm.
+    depth: float  #: mm. Of the axis below the mouth; the bottom reaches a radius deeper.
 
     listed: ClassVar[str] = "drains"
 
@@ -217,23 +204,14 @@ MOST_VOXELS = 12_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ClosedVoids:
-    """Voids without a way out of the part.
+    """Voids without a way out of the part."""
 
-    Attributes
-    ----------
-    label : (nx, ny, nz) int array
-        Number of the void that each voxel lies in, from 1; 0 elsewhere.
-    volumes : (n,) array, mm^3
-        Of the voids, those of voxels more than half a voxel from the solid.
-    lower : (3,) array, mm
-        Centre of the first voxel.
-    spacing : float, mm
-    """
-
+    #: ``(nx, ny, nz)``. Number of the void that each voxel lies in, from 1; 0 elsewhere.
     label: IntArray
+    #: ``(n,)``, mm^3. Of the voids, those of voxels more than half a voxel from the solid.
     volumes: FloatArray
-    lower: FloatArray
-    spacing: float
+    lower: FloatArray  #: ``(3,)``, mm. Centre of the first voxel.
+    spacing: float  #: mm.
 
     def __post_init__(self) -> None:
         lock(self, volumes=(None,), lower=(3,))
@@ -247,12 +225,7 @@ def closed_voids(design: LatticeDesign, cell: float, least: float) -> ClosedVoid
 
     Raises ResourceError if the grid would be too large.
 
-    Parameters
-    ----------
-    cell : float, mm
-        Shortest edge of a cell.
-    least : float, mm^3
-        Smaller voids are left out.
+    ``cell``, mm: shortest edge of a cell. ``least``, mm^3: smaller voids are left out.
     """
     domain = design.domain
     edges = domain.upper - domain.lower

@@ -51,14 +51,9 @@ _FITS = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Filling(SolidComponent):
-    """A place below the skins that is solid because of its shape.
+    """A place below the skins that is solid because of its shape."""
 
-    Attributes
-    ----------
-    to_place : callable
-        Points ``(3, ...)`` mm to ``(...)`` mm, negative inside, of slope one at most.
-    """
-
+    #: Points ``(3, ...)`` mm to ``(...)`` mm, negative inside, of slope one at most.
     to_place: Field
 
     phase: ClassVar[int] = SKIN

@@ -43,13 +43,8 @@ def blended(first: FloatArray, second: FloatArray, cosine: FloatArray, radius: f
     ``radius^2 (tan(t / 2) - t / 2)`` of section. Corners sharper than a right angle (c < 0) are
     filled as right ones, by ``radius^2 (1 - pi / 4) / sin t``, so that the reach stays one radius.
 
-    Parameters
-    ----------
-    first, second : (...) array, mm
-        Distances, negative inside, of slope one within the radius.
-    cosine : (...) array
-        Of the angle between their gradients.
-    radius : float, mm
+    ``first (...)``, ``second (...)``, mm: distances, negative inside, of slope one within the
+    radius. ``cosine (...)``: of the angle between their gradients. ``radius``, mm.
 
     References
     ----------
@@ -66,10 +61,7 @@ def blended(first: FloatArray, second: FloatArray, cosine: FloatArray, radius: f
 class Joint(JoinComponent):
     """Fillets of a radius in the corners of cells and solids.
 
-    Raises
-    ------
-    LatticeError
-        If the radius is not positive.
+    Raises `LatticeError` if the radius is not positive.
     """
 
     def __post_init__(self) -> None:

@@ -24,21 +24,12 @@ _CRUMB = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Members(SolidComponent):
-    """Solid members among the cells.
+    """Solid members among the cells."""
 
-    Attributes
-    ----------
-    to_surface : callable
-        Signed distance to their surface, negative inside, which goes on beyond the part's faces.
-    thickness : float, mm
-        Of the thinnest one that may be.
-    count : int
-        Separate members.
-    """
-
+    #: Signed distance to their surface, negative inside, which goes on beyond the part's faces.
     to_surface: Field
-    thickness: float
-    count: int
+    thickness: float  #: mm. Of the thinnest one that may be.
+    count: int  #: Separate members.
 
     phase: ClassVar[int] = MEMBER
     listed: ClassVar[str] = "solid_members"
@@ -61,14 +52,8 @@ class Members(SolidComponent):
 def solid_members(field: DensityGrid, thickness: float, offset: float = 0.0) -> Members | None:
     """Members where a filtered field exceeds a half, without crumbs; None where it does nowhere.
 
-    Parameters
-    ----------
-    field : DensityGrid
-        Smooth over about the thickness.
-    thickness : float, mm
-        Of the thinnest member.
-    offset : float, mm
-        By which their surface is moved outward.
+    ``field``: smooth over about the thickness. ``thickness``, mm: of the thinnest member.
+    ``offset``, mm: by which their surface is moved outward.
     """
     # The solid is cut at the box, beyond the part: half a step inside the outer nodes.
     lower = field.origin + 0.5 * field.spacing

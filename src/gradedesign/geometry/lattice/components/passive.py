@@ -35,28 +35,16 @@ _FLUSH = 1e-6
 class PassiveRegion(SolidComponent):
     """A place of the part that stays solid.
 
-    Attributes
-    ----------
-    to_place : callable
-        Unsigned distance to a region's surface, or that to a volume, negative inside: points
-        ``(3, ...)`` mm to ``(...)`` mm.
-    margin : float, mm
-        The part is solid within this distance.
-    thickness : float, mm, optional
-        Of what is solid in the part; the margin without it.
-    from_surface : float, mm, optional
-        Of a volume, how far the part's faces were moved outward: what lies beyond them before it
-        belongs to it, so that it ends at the part's faces where it is flush with them.
-
-    Raises
-    ------
-    LatticeError
-        If the margin is not positive.
+    Raises `LatticeError` if the margin is not positive.
     """
 
+    #: Unsigned distance to a region's surface, or that to a volume, negative inside: points
+    #: ``(3, ...)`` mm to ``(...)`` mm.
     to_place: Field
-    margin: float
-    thickness: float | None = None
+    margin: float  #: mm. The part is solid within this distance.
+    thickness: float | None = None  #: mm. Of what is solid in the part; the margin without it.
+    #: mm. Of a volume, how far the part's faces were moved outward: what lies beyond them before it
+    #: belongs to it, so that it ends at the part's faces where it is flush with them.
     from_surface: float | None = None
 
     def __post_init__(self) -> None:

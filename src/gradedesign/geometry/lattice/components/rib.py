@@ -44,26 +44,13 @@ class RibEntry(ComponentEntry):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Rib(SolidComponent):
-    """A solid plate along a plane.
+    """A solid plate along a plane."""
 
-    Attributes
-    ----------
-    point : (3,) array, mm
-        Of its middle plane.
-    normal : (3,) array
-        Unit normal.
-    thickness : float, mm
-    held : float, mm
-        Of its thickness in the part, on average.
-    volume : float, mm^3
-        Of the part that it holds.
-    """
-
-    point: FloatArray
-    normal: FloatArray
-    thickness: float
-    held: float
-    volume: float
+    point: FloatArray  #: ``(3,)``, mm. Of its middle plane.
+    normal: FloatArray  #: ``(3,)``. Unit normal.
+    thickness: float  #: mm.
+    held: float  #: mm. Of its thickness in the part, on average.
+    volume: float  #: mm^3. Of the part that it holds.
 
     listed: ClassVar[str] = "ribs"
 

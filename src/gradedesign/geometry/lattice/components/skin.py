@@ -29,31 +29,17 @@ _LITTLE = 0.005
 class Skin(SolidComponent):
     """A solid layer below the part's surface.
 
-    Attributes
-    ----------
-    thickness : float, mm
-        The largest, where it varies.
-    thinnest : float, optional, mm
-        Of a varying thickness.
-    varying : callable, optional
-        Thickness at points ``(3, ...)``, ``(...)``, mm, between the two.
-    faces : callable, optional
-        Unsigned distance to the faces that carry it, points ``(3, ...)`` mm to ``(...)`` mm; the
-        whole surface carries it without.
-    regions : tuple of str
-        Names of these faces.
-
-    Raises
-    ------
-    LatticeError
-        If a thickness is not positive.
+    Raises `LatticeError` if a thickness is not positive.
     """
 
-    thickness: float
-    thinnest: float | None = None
+    thickness: float  #: mm. The largest, where it varies.
+    thinnest: float | None = None  #: mm. Of a varying thickness.
+    #: Thickness at points ``(3, ...)``, ``(...)``, mm, between the two.
     varying: Field | None = None
+    #: Unsigned distance to the faces that carry it, points ``(3, ...)`` mm to ``(...)`` mm; the
+    #: whole surface carries it without.
     faces: Field | None = None
-    regions: tuple[str, ...] = ()
+    regions: tuple[str, ...] = ()  #: Names of these faces.
 
     phase: ClassVar[int] = SKIN
     closes: ClassVar[bool] = True

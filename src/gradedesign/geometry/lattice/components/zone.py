@@ -27,27 +27,15 @@ _STEP = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Zones(Component):
-    """Zones of the cells, the first of them the lattice outside every other.
+    """Zones of the cells, the first of them the lattice outside every other."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        ``(Z,)``.
-    keys : tuple of str
-        In the case file, of every zone but the first.
-    widths : tuple of float, mm
-        Of the transition of every zone but the first.
-    shares : tuple of callable
-        Weight that every zone but the first takes from those before it, 0 to 1, at points
-        ``(3, ...)`` mm.
-    formulas : tuple of (callable, WeightedZone)
-        Formulas that weights follow, points to ``(...)``, and their zones.
-    """
-
-    names: tuple[str, ...]
-    keys: tuple[str, ...]
-    widths: tuple[float, ...]
+    names: tuple[str, ...]  #: ``(Z,)``.
+    keys: tuple[str, ...]  #: In the case file, of every zone but the first.
+    widths: tuple[float, ...]  #: mm. Of the transition of every zone but the first.
+    #: Weight that every zone but the first takes from those before it, 0 to 1, at points
+    #: ``(3, ...)`` mm.
     shares: tuple[Field, ...]
+    #: Formulas that weights follow, points to ``(...)``, and their zones.
     formulas: tuple[tuple[Field, WeightedZone], ...] = ()
 
     def weights(self, points: FloatArray) -> FloatArray:
@@ -71,16 +59,9 @@ def require_zones_used(where: Where, zones: Zones, points: FloatArray) -> FloatA
 
     A row of zones for the values of a parameter may be wider than what the lattice has of them.
 
-    Returns (Z, n) array: weights there.
+    Returns (Z, n) array: weights there. Raises `CaseError`, `DensityError`.
 
-    Parameters
-    ----------
-    points : (3, n) array, mm
-        That fill the lattice.
-
-    Raises
-    ------
-    CaseError, DensityError
+    ``points (3, n)``, mm: that fill the lattice.
     """
     for formula, zone in zones.formulas:
         _require_values(where(zone.stated_by), formula, zone, points)
