@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 from gradedesign.common.system.atomic import UNFINISHED, is_folder, write_error, write_text
+from gradedesign.common.system.cache import content_key
+from gradedesign.common.system.limits import (
+    available_memory_bytes,
+    resident_memory_bytes,
+)
 from gradedesign.common.system.processor import usable_cores
-from gradedesign.common.system.progress import counted
+from gradedesign.common.system.progress import Listener, counted, ignore
+from gradedesign.common.system.scratch import scratch_folder
+from gradedesign.common.system.worker import kill_all, start_process
 from gradedesign.common.values.key_path import parse_key, with_values
 from gradedesign.common.values.problems import Problem, case_error, dotted, problems_of
 from gradedesign.common.values.suggest import instead, shown
@@ -17,6 +24,7 @@ from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.registry import Registry, lookup
 from gradedesign.design.verdict.common import library_versions
 from gradedesign.design.verdict.result import RunResult, from_json
+from gradedesign.design.verdict.result import as_json as result_data
 from gradedesign.errors import blaming
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.program.commands.layout import say, wrapped
@@ -48,6 +56,7 @@ __all__ = [
     "Cluster",
     "Key",
     "LimitRow",
+    "Listener",
     "Name",
     "Problem",
     "ProgressLines",
@@ -55,10 +64,12 @@ __all__ = [
     "RunLock",
     "RunResult",
     "Table",
+    "available_memory_bytes",
     "blaming",
     "build_registry",
     "case_error",
     "case_file",
+    "content_key",
     "content_policy",
     "counted",
     "dotted",
@@ -67,8 +78,10 @@ __all__ = [
     "finished_result",
     "from_json",
     "has_dask",
+    "ignore",
     "instead",
     "is_folder",
+    "kill_all",
     "library_versions",
     "lookup",
     "named_cell",
@@ -82,10 +95,14 @@ __all__ = [
     "problems_of",
     "read_toml",
     "registry_for",
+    "resident_memory_bytes",
+    "result_data",
     "save_figure",
     "say",
     "scene_html",
+    "scratch_folder",
     "shown",
+    "start_process",
     "stored_result",
     "stored_scene",
     "stored_still",

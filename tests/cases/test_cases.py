@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import gradedesign
-from gradedesign.program.commands.expected_values import read_expected
+from gradedesign_validate.expected_values import read_expected
 
 ROOT = Path(__file__).parents[2]
 PARTS = ROOT.parent / "shared" / "parts"

@@ -15,9 +15,9 @@ from gradedesign import load_case
 from gradedesign.common.values.table import Table
 from gradedesign.design.case.schema import CaseFile, schema_json, with_brought
 from gradedesign.program.commands.app import app
-from gradedesign.program.commands.expected_values import read_expected
 from gradedesign.program.host import hookspecs
 from gradedesign.program.host.read_case import brought_by
+from gradedesign_validate.expected_values import read_expected
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

@@ -224,7 +224,7 @@ def test_data_on_standard_output_stays_whole(talkative, cli, tmp_path, monkeypat
 def test_every_long_command_shows_progress():
     """Those that compute, beside `run` and `check`, which are tried above."""
     folder = Path(progress_lines.__file__).parent
-    for name in ("run", "check", "check_stated", "validate"):
+    for name in ("run", "check", "check_stated"):
         assert "ProgressLines(" in (folder / f"{name}.py").read_text(encoding="utf-8"), name
 
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,8 +14,6 @@ from gradedesign.errors import ResourceError
 _CGROUPS = Path("/sys/fs/cgroup")
 _OWN_STATUS = Path("/proc/self/status")
 _OWN_CGROUP = Path("/proc/self/cgroup")
-#: Seconds between looks at the memory. Chosen: a look takes milliseconds.
-_LOOK_S = 0.5
 #: Names of (limit, usage, cache that the kernel gives back) in control groups 2 and 1.
 _V2 = ("memory.max", "memory.current", "inactive_file")
 _V1 = ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file")
@@ -44,28 +40,6 @@ def resident_memory_bytes(pid: int | None = None) -> int:
             with suppress(psutil.Error):
                 total += int(process.memory_info().rss)
     return total
-
-
-@contextmanager
-def peak_memory() -> Iterator[Callable[[], int]]:
-    """Watch the resident memory of this process and of those it starts; yields what tells the most.
-
-    A look every half a second: shorter peaks are missed.
-    """
-    stop, peak = threading.Event(), resident_memory_bytes()
-
-    def look() -> None:
-        nonlocal peak
-        while not stop.wait(_LOOK_S):
-            peak = max(peak, resident_memory_bytes())
-
-    thread = threading.Thread(target=look, name="memory", daemon=True)
-    thread.start()
-    try:
-        yield lambda: max(peak, resident_memory_bytes())
-    finally:
-        stop.set()
-        thread.join()
 
 
 def available_memory_bytes() -> int:

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from xml.etree import ElementTree as Xml
 
-from gradedesign.common.system.atomic import write_text
-from gradedesign.program.commands.expected_values import Comparison, short
+from gradedesign.commands import write_text
+from gradedesign_validate.expected_values import Comparison, short
 
 
 def write_junit(

@@ -2,14 +2,15 @@
 
 import json
 import tomllib
+from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
 from gradedesign.errors import MeshError
-from gradedesign.program.commands import validate as module
-from gradedesign.program.commands.expected_values import compare, value_at
-from gradedesign.program.commands.suite_cases import matches
+from gradedesign_validate import run_validate as module
+from gradedesign_validate.expected_values import compare, value_at
+from gradedesign_validate.suite_cases import matches
 
 DATA = {
     "status": "met",
@@ -158,6 +159,10 @@ def test_everything_as_expected(cli, suite):
     assert ended.out.count(" ok ") == 6
     assert "9.9 to" in ended.out
     assert {"acceptance", "criterion"} <= set(ended.out.split())  # wrapped in its column
+
+
+def test_it_shows_progress():
+    assert "ProgressLines(" in Path(module.__file__).read_text(encoding="utf-8")
 
 
 def test_a_deviation_ends_with_1_and_is_shown(cli, suite):

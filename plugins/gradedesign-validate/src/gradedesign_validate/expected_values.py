@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gradedesign.common.system.atomic import write_text
-from gradedesign.errors import CaseError
-from gradedesign.program.commands.layout import say
+from gradedesign import CaseError
+from gradedesign.commands import say, write_text
 
 #: ``["iterations.-1.limits.0.discrepancy"]`` or ``[status]``, and ``value = 1.5  # comment``.
 _HEADER = re.compile(r'\s*\[(?:"([^"]+)"|([^"\]]+))\]')

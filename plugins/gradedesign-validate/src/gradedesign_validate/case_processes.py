@@ -15,12 +15,16 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from gradedesign.common.system.limits import available_memory_bytes, resident_memory_bytes
-from gradedesign.common.system.processor import usable_cores
-from gradedesign.common.system.progress import report_step
-from gradedesign.common.system.scratch import scratch_folder
-from gradedesign.common.system.worker import kill_all, start_process
-from gradedesign.program.commands.layout import say
+from gradedesign import report_step
+from gradedesign.commands import (
+    available_memory_bytes,
+    kill_all,
+    resident_memory_bytes,
+    say,
+    scratch_folder,
+    start_process,
+    usable_cores,
+)
 
 #: Seconds between looks at the processes. Chosen, not measured.
 _POLL = 0.25

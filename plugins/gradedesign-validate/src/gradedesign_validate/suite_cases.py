@@ -8,12 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gradedesign.common.system.atomic import is_folder
-from gradedesign.common.system.cache import content_key
-from gradedesign.design.resolve.registry import Registry
-from gradedesign.errors import CaseError, GradeDesignError
-from gradedesign.program.commands.expected_values import read_expected
-from gradedesign.program.host.read_case import load_case
+from gradedesign import CaseError, GradeDesignError, load_case
+from gradedesign.commands import Registry, content_key, is_folder
+from gradedesign_validate.expected_values import read_expected
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

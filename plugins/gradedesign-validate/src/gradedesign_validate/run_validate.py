@@ -11,27 +11,31 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from gradedesign.common.system.limits import peak_memory
-from gradedesign.common.system.progress import Listener, counted, ignore
-from gradedesign.common.system.scratch import scratch_folder
-from gradedesign.design.resolve.registry import Registry
-from gradedesign.design.verdict.result import as_json as result_data
-from gradedesign.errors import GradeDesignError
-from gradedesign.pipeline import run as run_case
-from gradedesign.program.commands.case_processes import CaseTask, in_processes, say_log
-from gradedesign.program.commands.expected_values import (
+from gradedesign import GradeDesignError, load_case
+from gradedesign import run as run_case
+from gradedesign.commands import (
+    Listener,
+    ProgressLines,
+    Registry,
+    counted,
+    ignore,
+    print_files,
+    print_json,
+    print_table,
+    print_text,
+    registry_for,
+    result_data,
+    scratch_folder,
+)
+from gradedesign_validate.case_processes import CaseTask, in_processes, say_log
+from gradedesign_validate.expected_values import (
     Comparison,
     compare,
     short,
     update_expected,
     value_at,
 )
-from gradedesign.program.commands.junit import write_junit
-from gradedesign.program.commands.plugins import registry_for
-from gradedesign.program.commands.progress_lines import ProgressLines
-from gradedesign.program.commands.show import print_files, print_json, print_table, print_text
-from gradedesign.program.commands.suite_cases import SuiteCase, case_folders, suite_case
-from gradedesign.program.commands.validation_history import (
+from gradedesign_validate.history import (
     HistoryLine,
     append_line,
     differences,
@@ -40,7 +44,9 @@ from gradedesign.program.commands.validation_history import (
     read_history,
     suite_key,
 )
-from gradedesign.program.host.read_case import load_case
+from gradedesign_validate.junit import write_junit
+from gradedesign_validate.peak_memory import peak_memory
+from gradedesign_validate.suite_cases import SuiteCase, case_folders, suite_case
 
 #: Exit code where a case misses an expected value: no class of error has it.
 DEVIATES = 1

@@ -13,13 +13,17 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from gradedesign.common.system.atomic import write_error
-from gradedesign.common.system.cache import content_key
-from gradedesign.design.resolve.registry import Registry
-from gradedesign.errors import CaseError
-from gradedesign.program.commands.expected_values import short
-from gradedesign.program.host import hookspecs
-from gradedesign.program.pictures.figure import COLOURS, GREY, empty_figure, save_figure
+from gradedesign import CaseError
+from gradedesign.commands import (
+    COLOURS,
+    GREY,
+    Registry,
+    content_key,
+    empty_figure,
+    save_figure,
+    write_error,
+)
+from gradedesign_validate.expected_values import short
 
 #: What compilers leave beside the sources.
 _COMPILED = frozenset({".pyc", ".nbi", ".nbc"})
@@ -57,7 +61,7 @@ class HistoryLine:
 
 def suite_key(registry: Registry) -> str:
     """Content key of the core and the installed plugins, with their data, and of what is loaded."""
-    modules = {p.value.partition(":")[0] for p in metadata.entry_points(group=hookspecs.GROUP)}
+    modules = {p.value.partition(":")[0] for p in metadata.entry_points(group="gradedesign")}
     roots: set[Path] = set()
     for package in {"gradedesign", *(name.partition(".")[0] for name in modules)}:
         spec = find_spec(package)
