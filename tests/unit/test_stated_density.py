@@ -242,12 +242,6 @@ def test_a_zone_is_the_transition_with_its_weight(tmp_path):
     np.testing.assert_allclose(own, meant, atol=0.625**2 / 8 / 6)
 
 
-def test_the_command_generate_names_run(cli, tmp_path):
-    ended = cli("generate", write(tmp_path, CASE + RAMP))
-    assert ended.code == 2
-    assert "`gradedesign run` builds the lattice of a case that states its density" in ended.err
-
-
 ANALYSED = """\
 [region.root]
 plane = "x = min"

@@ -60,8 +60,8 @@ class Exporter:
         Whether it reads ``lattice.surface``.
     sample : callable or None
         ``sample(lattice, formats) -> SampledPrint`` samples the field once for the formats, by
-        name, that are written. Where no format needs a surface and one samples, `generate` makes
-        none, measures the samples, and hands them to ``write`` as ``lattice.sampled``.
+        name, that are written. Where no format needs a surface and one samples, a run of a stated
+        density makes none, measures the samples, and hands them on as ``lattice.sampled``.
     fields : callable or None
         Comes with ``sample``: ``fields(design, reach)`` gives the fields of a `LatticeDesign` and
         of the part alone, mm, exact within the reach in mm and right in sign everywhere.

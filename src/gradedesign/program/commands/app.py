@@ -21,7 +21,7 @@ import typer
 from typer.core import TyperGroup
 
 from gradedesign.common.values.plugins_by_name import supplied_by
-from gradedesign.errors import CaseError, GradeDesignError, Interrupted, PluginError, ResourceError
+from gradedesign.errors import GradeDesignError, Interrupted, PluginError, ResourceError
 from gradedesign.program.commands.interrupt import Interruption
 from gradedesign.program.commands.loading import loading_lines
 from gradedesign.program.commands.options import with_options
@@ -29,13 +29,6 @@ from gradedesign.program.host.command import Command, command_names, load_comman
 
 #: Errors keep their traceback.
 _DEBUG_FLAG = "--debug"
-
-
-#: Commands that are no more, and what does the same.
-_NOW_RUN = {
-    "generate": "there is no command generate: `gradedesign run` builds the lattice of a case that "
-    "states its density, such as density = 0.3 in [lattice], and ends with it"
-}
 
 
 class Commands(TyperGroup):
@@ -53,12 +46,10 @@ class Commands(TyperGroup):
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Find a command, ours or a plugin's.
 
-        Raises CaseError if a plugin of this project that is not installed has it, or it is `run`
-        now. Raises PluginError if a plugin gives one of our names to its own, or cannot be loaded.
+        Raises CaseError if a plugin of this project that is not installed has it. Raises
+        PluginError if a plugin gives one of our names to its own, or cannot be loaded.
         """
         own = super().get_command(ctx, cmd_name)
-        if cmd_name in _NOW_RUN:
-            raise CaseError(_NOW_RUN[cmd_name])
         if own is None and not (cmd_name in command_names() or supplied_by("commands", cmd_name)):
             return None
         if own is None:
