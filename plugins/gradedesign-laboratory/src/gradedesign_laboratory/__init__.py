@@ -1,4 +1,4 @@
-"""Laboratory of cells for gradedesign: their effective properties, finite blocks, tables, plots."""
+"""Laboratory of cells for gradedesign: properties, finite blocks, tables, plots, coupons."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from gradedesign import Command, hookimpl
-from gradedesign_laboratory.command import homogenise, tabulate
+from gradedesign_laboratory.command import coupon, homogenise, tabulate
 
 if TYPE_CHECKING:
     from gradedesign import EigenSolver
@@ -16,7 +16,8 @@ __all__ = ["gradedesign_commands", "gradedesign_eigen_solvers"]
 
 @hookimpl
 def gradedesign_commands() -> Iterator[Command]:
-    """Register ``gradedesign homogenise`` and ``gradedesign tabulate``."""
+    """Register ``coupon``, ``homogenise`` and ``tabulate``."""
+    yield Command(name="coupon", call=coupon)
     yield Command(name="homogenise", call=homogenise)
     yield Command(name="tabulate", call=tabulate)
 

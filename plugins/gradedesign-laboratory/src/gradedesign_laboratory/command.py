@@ -1,4 +1,4 @@
-"""``gradedesign homogenise`` and ``gradedesign tabulate`` as typed."""
+"""``gradedesign homogenise``, ``gradedesign tabulate`` and ``gradedesign coupon`` as typed."""
 
 from __future__ import annotations
 
@@ -107,5 +107,66 @@ def tabulate(
             scheduler=scheduler,
             strict_plugins=strict_plugins,
             buckling=buckling,
+        )
+    )
+
+
+def coupon(
+    cell: Annotated[str, typer.Argument(help="A cell family of `gradedesign cells`.")],
+    process: Annotated[
+        str, typer.Option("--process", help="Name of the process that is measured.")
+    ],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Folder for plate, sheet and cases.")
+    ],
+    material: Annotated[
+        str | None,
+        typer.Option("--material", help="Base material of the library [that of the process]."),
+    ] = None,
+    density: Annotated[
+        list[float] | None,
+        typer.Option("--density", help="Of blocks; repeatable [0.2, 0.3, 0.4]."),
+    ] = None,
+    size: Annotated[
+        list[str] | None, typer.Option("--size", help="Edge of a cell; repeatable [4 mm].")
+    ] = None,
+    block_cells: Annotated[
+        int, typer.Option("--cells", help="Cells along the edge of a block.")
+    ] = 4,
+    copies: Annotated[
+        int, typer.Option("--copies", min=1, help="Blocks of each density and size.")
+    ] = 3,
+    inclination: Annotated[
+        list[float] | None,
+        typer.Option(
+            "--inclination", help="Of struts to the plate, deg; repeatable [0, 30, 45, 60, 90]."
+        ),
+    ] = None,
+    width: Annotated[
+        list[str] | None,
+        typer.Option("--width", help="Of struts; repeatable [0.5 mm, 1 mm]."),
+    ] = None,
+    struts: Annotated[int, typer.Option("--struts", help="Struts on each coupon.")] = 5,
+    strict_plugins: Strict = False,
+    as_json: Json = False,
+) -> None:
+    """Write a build plate of coupons of a cell, numbered in the metal, and a sheet to fill in."""
+    from gradedesign_laboratory.run_coupon import PlateRequest, make_plate
+
+    make_plate(
+        PlateRequest(
+            cell=cell,
+            process=process,
+            material=material,
+            densities=density or [0.2, 0.3, 0.4],
+            sizes=size or ["4 mm"],
+            cells=block_cells,
+            copies=copies,
+            inclinations=inclination or [0.0, 30.0, 45.0, 60.0, 90.0],
+            widths=width or ["0.5 mm", "1 mm"],
+            struts=struts,
+            output=output,
+            strict_plugins=strict_plugins,
+            as_json=as_json,
         )
     )
