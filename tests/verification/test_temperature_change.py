@@ -12,11 +12,12 @@ from finite_cell_solids import (
 )
 from meshes import box_mesh, face
 
-from gradedesign.design.resolve.solid_part import dense_stiffness, solid_solutions
+from gradedesign.design.resolve.solid_part import solid_solutions
 from gradedesign.errors import CaseError
 from gradedesign.mechanics.fe.load_case import PartLoadCase
 from gradedesign.mechanics.fe.multigrid_solver import MULTIGRID
 from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.stiffness import dense_stiffness
 from gradedesign.mechanics.fe.stress import element_stress
 from gradedesign.mechanics.fe.supports import supports_on
 from gradedesign.mechanics.material.material import Material

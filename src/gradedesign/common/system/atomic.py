@@ -41,18 +41,9 @@ _FIRST_ZIP_DATE = (1980, 1, 1, 0, 0, 0)
 def write_error(path: Path, cause: OSError) -> GradeDesignError:
     """Translate a failed write.
 
-    Parameters
-    ----------
-    path : Path
-        The file that was to be written.
-    cause : OSError
-        The error of the system.
-
-    Returns
-    -------
-    GradeDesignError
-        `CaseError` where the place is wrong (missing, read-only, not a folder), else
-        `ResourceError` (the disk is full, a quota, a failing device).
+    ``path``: the file that was to be written. ``cause``: the error of the system. Returns
+    GradeDesignError: `CaseError` where the place is wrong (missing, read-only, not a folder), else
+    `ResourceError` (the disk is full, a quota, a failing device).
     """
     reason = cause.strerror or str(cause)
     if cause.errno in _CASE_ERRNOS:

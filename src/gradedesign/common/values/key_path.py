@@ -44,11 +44,8 @@ def with_values(data: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str,
     Raises `CaseError` if a key leads through a value that is no table, or to an entry that a list
     has not.
 
-    Parameters
-    ----------
-    data : mapping
-        As TOML gives it; tables that a key leads through are added where they are missing.
-    values : mapping of dotted key to value
+    ``data``: as TOML gives it; tables that a key leads through are added where they are missing.
+    ``values``: by dotted key.
 
     Examples
     --------

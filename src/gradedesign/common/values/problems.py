@@ -58,10 +58,7 @@ def dotted(key: Key) -> str:
 def case_error(path: Path, lines: Mapping[Key, int], problems: Sequence[Problem]) -> CaseError:
     """Error that lists every problem of a case file, in the order of the file.
 
-    Returns
-    -------
-    CaseError
-        A summary line, then one line per problem: file, line, key, message.
+    Returns CaseError: a summary line, then one line per problem: file, line, key, message.
     """
     lines_by_key = dict(lines)
     ordered = sorted(problems, key=lambda p: line_of(lines_by_key, p.key))
@@ -83,14 +80,8 @@ def problems_of(
 ) -> Iterator[Problem]:
     """Translate pydantic's errors.
 
-    Parameters
-    ----------
-    errors : sequence of dict
-        ``ValidationError.errors()``.
-    prefix : tuple
-        Key of the validated value in the file.
-    layout : type of BaseModel
-        Layout of the whole file, to look up what a table may hold.
+    ``errors``: ``ValidationError.errors()``. ``prefix``: key of the validated value in the file.
+    ``layout``: layout of the whole file, to look up what a table may hold.
     """
     problems = []
     for error in errors:

@@ -19,15 +19,8 @@ _MOST_MEANT, _LEAST_LETTERS, _READ = 4, 3, 400
 def shown(value: object) -> str:
     """Describe a value of a case file in a few printable words.
 
-    Parameters
-    ----------
-    value : object
-        Anything that TOML can hold.
-
-    Returns
-    -------
-    str
-        At most about 70 characters, without line breaks or control characters.
+    ``value``: anything that TOML can hold. Returns str: at most about 70 characters, without line
+    breaks or control characters.
 
     Examples
     --------
@@ -145,10 +138,7 @@ def question(words: Iterable[str]) -> str:
 def instead(word: str, choices: Iterable[str], *, label: str = "available") -> str:
     """Say what to write instead of a wrong word.
 
-    Returns
-    -------
-    str
-        ``did you mean "a"? available: a, b, c``, the question only when a choice is close.
+    Returns str: ``did you mean "a"? available: a, b, c``, the question only when a choice is close.
     """
     every = list(choices)
     if not every:

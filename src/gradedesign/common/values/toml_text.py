@@ -13,10 +13,7 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 def toml_text(data: Mapping[str, Any]) -> str:
     """A TOML file with a header for every table of the first level, and inline tables below.
 
-    Parameters
-    ----------
-    data : mapping
-        Tables, lists, texts, numbers and truths, as ``tomllib.loads`` gives them.
+    ``data``: tables, lists, texts, numbers and truths, as ``tomllib.loads`` gives them.
 
     Examples
     --------

@@ -27,12 +27,13 @@ from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 from gradedesign.mechanics.explicit.analysis import SolvedSolid, StressSample
 from gradedesign.mechanics.explicit.explicit import ExplicitResult
 from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
-from gradedesign.mechanics.explicit.tet_fields import gauss_stress, solid_stiffness
+from gradedesign.mechanics.explicit.tet_fields import gauss_stress
 from gradedesign.mechanics.fe.facets import facet_nodes
 from gradedesign.mechanics.fe.loads import thermal_force
 from gradedesign.mechanics.fe.solution import LoadVector
 from gradedesign.mechanics.fe.solve import solve_elastic
 from gradedesign.mechanics.fe.space import TetSpace, tet_space
+from gradedesign.mechanics.fe.stiffness import dense_stiffness
 from gradedesign.mechanics.fe.stress import von_mises, weighted_percentile
 from gradedesign.mechanics.fe.supports import Supports
 from gradedesign.mechanics.limits.banded import RESIDUAL_FACTORS
@@ -113,7 +114,7 @@ def analyse_submodel(
     mesh = _held_components(meshed.mesh, driving, name, box, spacing)
     space = tet_space(mesh, 2)
     supports = _driven_supports(space, driving, name, box, spacing)
-    stiffness = solid_stiffness(space, material)
+    stiffness = dense_stiffness(space, material)
     warming = next(load.temperature_change for load in solid.load_cases if load.name == name)
     force = thermal_force(space, stiffness, material.thermal_expansion, warming)
     solution = solve_elastic(

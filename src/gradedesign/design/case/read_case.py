@@ -148,10 +148,7 @@ def _read_tables(
 def read_toml(file: Path) -> tuple[dict[str, Any], dict[Key, int]]:
     """Content of a TOML file of at most 1 MB, and the line of every key.
 
-    Raises
-    ------
-    CaseError
-        If it cannot be read, is no TOML, or is nested beyond what any case needs.
+    Raises `CaseError` if it cannot be read, is no TOML, or is nested beyond what any case needs.
     """
     try:
         text = _read_text(file)
@@ -204,10 +201,7 @@ def _named(every: Mapping[str, Any], keys: set[str]) -> dict[str, Any]:
 def case_file(path: Path) -> Path:
     """The case file, absolute, of its path or of its folder's.
 
-    Raises
-    ------
-    CaseError
-        If there is none.
+    Raises `CaseError` if there is none.
     """
     try:
         file = path / _FILE_NAME if path.is_dir() else path

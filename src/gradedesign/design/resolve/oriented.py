@@ -15,7 +15,6 @@ from gradedesign.common.values.value_types import Triple
 from gradedesign.design.resolve.cell_choice import cell_axes
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.resolve import density_bounds
-from gradedesign.design.resolve.solid_part import dense_stiffness
 from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.cell_layout import CellLayout, layout_warnings
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
@@ -27,6 +26,7 @@ from gradedesign.geometry.maps.map_report import spread
 from gradedesign.geometry.part.part import Part
 from gradedesign.geometry.tets.tet_mesh import centroids
 from gradedesign.mechanics.fe.solution import Solution
+from gradedesign.mechanics.fe.stiffness import dense_stiffness
 from gradedesign.mechanics.fe.stress import element_stress
 from gradedesign.mechanics.material.bond_matrix import bond_matrix
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel

@@ -97,25 +97,7 @@ class PluginFailure:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Registry:
-    """Records by kind and name, sorted by name.
-
-    Attributes
-    ----------
-    cell_families, cell_makers, scaling_laws, materials, processes, readers : mapping
-        Name to record.
-    field_readers, repairers, exporters, outputs, solvers, eigen_solvers, meshers, limits : mapping
-        Name to record.
-    components, analyses : mapping
-        Name to record.
-    sources : mapping of kind to mapping of name to str
-        ``"distribution version"`` that supplied the record.
-    plugins : tuple of PluginSource
-        Every plugin that was loaded, for the report.
-    failures : tuple of PluginFailure
-        Every plugin that was not.
-    warnings : tuple of str
-        Warnings about mistakes of loaded plugins.
-    """
+    """Records by kind and name, sorted by name."""
 
     cell_families: Mapping[str, CellFamily]
     cell_makers: Mapping[str, CellMaker]
@@ -133,10 +115,11 @@ class Registry:
     limits: Mapping[str, LimitKind]
     components: Mapping[str, ComponentKind]
     analyses: Mapping[str, ExplicitAnalysis]
+    #: By kind and name, ``"distribution version"`` that supplied the record.
     sources: Mapping[str, Mapping[str, str]]
-    plugins: tuple[PluginSource, ...]
-    failures: tuple[PluginFailure, ...]
-    warnings: tuple[str, ...] = ()
+    plugins: tuple[PluginSource, ...]  #: Every plugin that was loaded, for the report.
+    failures: tuple[PluginFailure, ...]  #: Every plugin that was not.
+    warnings: tuple[str, ...] = ()  #: Warnings about mistakes of loaded plugins.
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -147,18 +130,9 @@ class Registry:
 def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     """Find a record by the name a case gives.
 
-    Parameters
-    ----------
-    kind : str
-        A mapping of the registry.
-
-    Raises
-    ------
-    CaseError
-        If there is no such name; names the plugin of this project that has it, or lists the valid
-        ones and the nearest spelling.
-    PluginError
-        The same, when a plugin that might have supplied it failed to load.
+    ``kind``: a mapping of the registry. Raises `CaseError` if there is no such name; names the
+    plugin of this project that has it, or lists the valid ones and the nearest spelling. Raises
+    `PluginError`: the same, when a plugin that might have supplied it failed to load.
     """
     shelf: Mapping[str, Any] = getattr(registry, kind)
     if name in shelf:

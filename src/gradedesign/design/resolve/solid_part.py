@@ -15,18 +15,11 @@ from gradedesign.mechanics.fe.scikit_fem import assemble_scikit_fem
 from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.solve import solve_elastic
 from gradedesign.mechanics.fe.space import TetSpace
-from gradedesign.mechanics.fe.stiffness import IsotropicStiffness
+from gradedesign.mechanics.fe.stiffness import dense_stiffness
 from gradedesign.mechanics.fe.stress import element_stress
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 from gradedesign.mechanics.solver.linear_solver import LinearSolver
-
-
-def dense_stiffness(space: TetSpace, material: Material) -> IsotropicStiffness:
-    """The base material in every tetrahedron."""
-    return IsotropicStiffness(
-        E=np.full(space.element_count, material.youngs_modulus), nu=material.poissons_ratio
-    )
 
 
 def solid_solutions(

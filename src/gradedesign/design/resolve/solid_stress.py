@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from gradedesign.arrays import FloatArray
-from gradedesign.design.resolve.solid_part import dense_stiffness
 from gradedesign.mechanics.explicit.support_zones import SupportZone, evaluated_at
 from gradedesign.mechanics.fe.load_case import PartLoadCase
 from gradedesign.mechanics.fe.recovered_stress import RecoveredStress, recovered_stress
 from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.space import TetSpace
+from gradedesign.mechanics.fe.stiffness import dense_stiffness
 from gradedesign.mechanics.fe.stress_percentile import (
     StressPercentile,
     judged_shares,

@@ -14,7 +14,7 @@ from gradedesign.design.resolve.component_place import component_place
 from gradedesign.design.resolve.expected_design import expected_design
 from gradedesign.design.resolve.part_tets import held_loads, part_facets, used_regions
 from gradedesign.design.resolve.plan import Plan
-from gradedesign.design.resolve.solid_part import dense_stiffness, solid_solutions
+from gradedesign.design.resolve.solid_part import solid_solutions
 from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.component_kind import (
     ComponentKind,
@@ -30,6 +30,7 @@ from gradedesign.geometry.part.place import face_places
 from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_facets, centroids, signed_volumes
 from gradedesign.mechanics.explicit.support_zones import evaluated_at
 from gradedesign.mechanics.fe.space import TetSpace
+from gradedesign.mechanics.fe.stiffness import dense_stiffness
 from gradedesign.mechanics.fe.stress import element_von_mises, weighted_percentile
 
 #: Stress over Young's modulus below which it is the rounding of a part that nothing strains.

@@ -202,10 +202,7 @@ def _iteration_row(iteration: Iteration) -> dict[str, Any]:
 def from_json(data: Mapping[str, Any]) -> RunResult:
     """The result that `as_json` wrote.
 
-    Raises
-    ------
-    KeyError, TypeError, ValueError
-        If the data is of another layout.
+    Raises `KeyError`, `TypeError`, `ValueError` if the data is of another layout.
     """
     field_names = {entry.name for entry in fields(RunResult)}
     plain = {name: value for name, value in data.items() if name in field_names}

@@ -21,7 +21,7 @@ from gradedesign.mechanics.fe.element_points import element_points, interpolate
 from gradedesign.mechanics.fe.load_case import region_nodes, region_shares
 from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.space import TetSpace
-from gradedesign.mechanics.fe.stiffness import IsotropicStiffness
+from gradedesign.mechanics.fe.stiffness import dense_stiffness
 from gradedesign.mechanics.fe.stress import element_stress, element_von_mises, nodal_average
 from gradedesign.mechanics.finite_cell.traction_residual import GoalResidual
 from gradedesign.mechanics.material.material import Material
@@ -74,7 +74,7 @@ class TetFields:
         """Von Mises stress at the Gauss points, ``(M, 4)``, MPa."""
         return element_von_mises(
             self.space,
-            solid_stiffness(self.space, self.material),
+            dense_stiffness(self.space, self.material),
             self.displacement(load_case),
             thermal_strain=self.thermal_strain[load_case],
         )
@@ -141,7 +141,7 @@ class TetFields:
         report_step("stress for the pictures")
         at_vertices = element_von_mises(
             self.space,
-            solid_stiffness(self.space, self.material),
+            dense_stiffness(self.space, self.material),
             self.displacement(load_case),
             thermal_strain=self.thermal_strain[load_case],
             at="vertices",
@@ -165,19 +165,12 @@ class TetFields:
         )
 
 
-def solid_stiffness(space: TetSpace, material: Material) -> IsotropicStiffness:
-    """A material in every tetrahedron."""
-    return IsotropicStiffness(
-        E=np.full(space.element_count, material.youngs_modulus), nu=material.poissons_ratio
-    )
-
-
 def gauss_stress(
     space: TetSpace, material: Material, displacement: FloatArray, thermal_strain: float
 ) -> StressSample:
     """Stress at the four Gauss points of every element."""
     stress = element_stress(
-        space, solid_stiffness(space, material), displacement, thermal_strain=thermal_strain
+        space, dense_stiffness(space, material), displacement, thermal_strain=thermal_strain
     )
     volumes = np.repeat(signed_volumes(space.mesh)[:, None] / 4.0, 4, axis=1)
     return StressSample(

@@ -15,7 +15,7 @@ from gradedesign.geometry.part.regions import Region
 from gradedesign.geometry.tets.tet_mesh import TetMesh, signed_volumes
 from gradedesign.mechanics.explicit.analysis import Discretisation
 from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
-from gradedesign.mechanics.explicit.tet_fields import TetFields, solid_stiffness
+from gradedesign.mechanics.explicit.tet_fields import TetFields
 from gradedesign.mechanics.fe.elastic_system import prepare_elastic
 from gradedesign.mechanics.fe.load_case import (
     case_loads,
@@ -26,6 +26,7 @@ from gradedesign.mechanics.fe.load_case import (
 from gradedesign.mechanics.fe.modes import found_modes
 from gradedesign.mechanics.fe.solve import solve_cases
 from gradedesign.mechanics.fe.space import tet_space
+from gradedesign.mechanics.fe.stiffness import dense_stiffness
 from gradedesign.mechanics.fe.stress import element_stress
 
 #: Unknowns per quadratic tetrahedron of a lattice: walls two to three elements thick have 4.8 to
@@ -53,7 +54,7 @@ def solve_tets(
     space = tet_space(mesh, 2)
     facets = _facets_of_regions(mesh, solid.regions, tolerance)
     cases = case_loads(space, solid.load_cases, solid.regions, facets)
-    stiffness = solid_stiffness(space, material)
+    stiffness = dense_stiffness(space, material)
     density = np.full(space.element_count, material.density)
     vectors = [
         load_vector(space, case, stiffness, density, material.thermal_expansion) for case in cases

@@ -15,6 +15,8 @@ import numpy as np
 from gradedesign.arrays import FloatArray, lock
 from gradedesign.errors import SolverError
 from gradedesign.mechanics.fe.element_points import Where, barycentric
+from gradedesign.mechanics.fe.space import TetSpace
+from gradedesign.mechanics.material.material import Material
 
 #: Rows and columns of the upper triangle of a 6 by 6 matrix, in the order kernels read them.
 UPPER = np.triu_indices(6)
@@ -47,6 +49,13 @@ class IsotropicStiffness:
         lock(self, E=(None,))
         if not -1.0 < self.nu < 0.5:
             raise ValueError(f"Poisson's ratio is {self.nu:g}, expected more than -1, below 0.5")
+
+
+def dense_stiffness(space: TetSpace, material: Material) -> IsotropicStiffness:
+    """The base material in every tetrahedron."""
+    return IsotropicStiffness(
+        E=np.full(space.element_count, material.youngs_modulus), nu=material.poissons_ratio
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

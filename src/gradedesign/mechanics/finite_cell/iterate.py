@@ -44,11 +44,12 @@ def conjugate_gradients(
     The new direction uses the change of the residual (Polak and Ribière), which tolerates a
     preconditioner that is symmetric to single precision only.
 
-    The iteration ends by its residual or by its error in the energy norm, whichever is small
-    first. Of the square of that error, every step takes away a known share: the shares of the last
-    third of the steps estimate what was left before them (Strakoš and Tichý, ETNA 13, 2002, p. 56).
-    The delay grows with the iterations, since parts that hang by slivers converge late (Meurant,
-    Papež and Tichý, Numer. Algorithms 88, 2021, p. 1337, choose it by other means).
+    The iteration ends by its residual or by its error in the energy norm, whichever is small first.
+    Of the square of that error, every step takes away a known share: the shares of the last third
+    of the steps estimate what was left before them (Strakoš and Tichý, ETNA 13, 2002, p. 56). The
+    delay grows with the iterations, since parts that hang by slivers converge late (Meurant, Papež
+    and Tichý, Numer. Algorithms 88, 2021, p. 1337, choose it by other means). Returns Iterate:
+    converged or not: the caller judges the residual.
 
     Parameters
     ----------
@@ -66,11 +67,6 @@ def conjugate_gradients(
         Error at which to stop, in the energy norm over that of the solution; 0 for the residual
         alone.
     start : (N, 3) array, optional
-
-    Returns
-    -------
-    Iterate
-        Converged or not: the caller judges the residual.
     """
     u = np.zeros_like(right) if start is None else start * keep
     size = _norm(right)

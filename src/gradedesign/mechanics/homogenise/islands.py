@@ -25,19 +25,11 @@ def connected_fill(fill: FloatArray) -> tuple[FloatArray, float]:
 
     Voxels hang together across faces; what touches at an edge or a corner only is a hinge. Raises
     `LatticeError` if no component connects the cell to its neighbours in three directions, two
-    unconnected ones do, or more than `DISCONNECTED_SHARE` is disconnected.
+    unconnected ones do, or more than `DISCONNECTED_SHARE` is disconnected. Returns
+    ``fill (nx, ny, nz)``: with void in place of the components that do not connect the cell to its
+    neighbours; ``share``: of the solid voxels removed.
 
-    Parameters
-    ----------
-    fill : (nx, ny, nz) array
-        Solid where positive.
-
-    Returns
-    -------
-    fill : (nx, ny, nz) array
-        With void in place of the components that do not connect the cell to its neighbours.
-    share : float
-        Of the solid voxels removed.
+    ``fill (nx, ny, nz)``: solid where positive.
     """
     values = np.asarray(fill, dtype=np.float64)
     solid = values > 0

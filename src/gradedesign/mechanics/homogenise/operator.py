@@ -89,10 +89,7 @@ def voxel_operator(fill: FloatArray, poissons_ratio: float) -> VoxelOperator:
 
     Raises `SolverError` for a fill outside 0 to 1, or a Poisson ratio outside -1 to 0.5.
 
-    Parameters
-    ----------
-    fill : (nx, ny, nz) array
-        0 (void, no stiffness at all) to 1.
+    ``fill (nx, ny, nz)``: 0 (void, no stiffness at all) to 1.
     """
     values = np.ascontiguousarray(fill, dtype=np.float64)
     if values.ndim != 3 or min(values.shape) < 2:
@@ -123,16 +120,8 @@ def homogeneous_inverse(shape: tuple[int, int, int], poissons_ratio: float) -> N
 
     Translation invariance makes the Fourier transform diagonalise the operator of the same
     hexahedra up to 3 by 3 blocks, so that this inverse is exact where all voxels are solid and
-    holds the number of iterations flat in the resolution where they are not.
-
-    Parameters
-    ----------
-    shape : (int, int, int)
-
-    Returns
-    -------
-    (6, n) float32 array
-        Entries xx, yy, zz, yz, xz, xy for the frequencies of a real transform; zero for the mean.
+    holds the number of iterations flat in the resolution where they are not. Returns ``(6, n)``:
+    entries xx, yy, zz, yz, xz, xy for the frequencies of a real transform; zero for the mean.
     """
     solid = voxel_operator(np.ones(shape), poissons_ratio)
     block = []
@@ -149,17 +138,9 @@ def homogeneous_inverse(shape: tuple[int, int, int], poissons_ratio: float) -> N
 def block_inverse(block: Sequence[FloatArray], *, free_mean: bool) -> NDArray[np.float32]:
     """Inverse of the symmetric 3 by 3 blocks of a stiffness.
 
-    Parameters
-    ----------
-    block : three (3, ...) arrays
-        Columns of the block of every frequency.
-    free_mean : bool
-        The first frequency is the mean, which meets no resistance: its inverse is set to zero.
-
-    Returns
-    -------
-    (6, n) float32 array
-        Entries xx, yy, zz, yz, xz, xy.
+    ``block``: three (3, ...) arrays; columns of the block of every frequency. ``free_mean``: the
+    first frequency is the mean, which meets no resistance: its inverse is set to zero. Returns
+    ``(6, n)``: entries xx, yy, zz, yz, xz, xy.
     """
     xx, xy, xz = block[0].reshape(3, -1)
     _, yy, yz = block[1].reshape(3, -1)

@@ -75,15 +75,10 @@ def solve_periodic(
     directions, or more than a thousandth of it is disconnected, and `SolverError` if the iteration
     does not converge, or the request is impossible.
 
-    Parameters
-    ----------
-    fill : (nx, ny, nz) array
-        Young's modulus of each cubic voxel relative to the base material, 0 to 1.
-    rtol : float
-        Norm of the residual force over that of the load.
-    use_symmetry : bool
-        Solve two cases instead of six where the grid is equal to itself with x, y, z exchanged in
-        a cycle, voxel by voxel.
+    ``fill (nx, ny, nz)``: Young's modulus of each cubic voxel relative to the base material, 0 to
+    1. ``rtol``: norm of the residual force over that of the load. ``use_symmetry``: solve two cases
+    instead of six where the grid is equal to itself with x, y, z exchanged in a cycle, voxel by
+    voxel.
 
     References
     ----------
@@ -141,16 +136,9 @@ def uniform_stress_load(fill: FloatArray, stress: FloatArray) -> FloatArray:
     """Nodal forces of voxels that each carry the same stress, times their fill.
 
     The corner forces of a voxel are the stress times the outward corner normal over 4; summed over
-    the voxels around a node that is a difference of fills.
+    the voxels around a node that is a difference of fills. Returns ``(3, nx, ny, nz)``.
 
-    Parameters
-    ----------
-    fill : (nx, ny, nz) array
-    stress : (6,) array
-
-    Returns
-    -------
-    (3, nx, ny, nz) array
+    ``fill (nx, ny, nz)``. ``stress (6,)``.
     """
     tensor = np.zeros((3, 3))
     for k, (i, j) in enumerate(PAIRS):

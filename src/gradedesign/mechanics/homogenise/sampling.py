@@ -44,7 +44,8 @@ def cell_fill(
 
     Samples lie at the centres of the ``subsamples^3`` equal parts of each voxel. The level is the
     quantile of these very samples, so that the mean fill is ``rho``. Raises `DensityError` if the
-    cell does not exist at this density.
+    cell does not exist at this density. Returns ``(N, N, N)``: solid volume fraction of each voxel;
+    of the shape `voxel_counts` where edges differ.
 
     Parameters
     ----------
@@ -60,11 +61,6 @@ def cell_fill(
         Count samples that lie at the level in part, so that the mean fill is ``rho``; by default
         where voxels may be filled in part (``subsamples`` above 1). A strut cell has many such
         samples: without, its mean fill is up to a tenth off.
-
-    Returns
-    -------
-    (N, N, N) array
-        Solid volume fraction of each voxel; of the shape `voxel_counts` where edges differ.
     """
     if share_ties is None:
         share_ties = subsamples > 1

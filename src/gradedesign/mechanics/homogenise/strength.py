@@ -92,14 +92,7 @@ def stress_factors(
 ) -> FloatArray:
     """Percentile by volume of the local von Mises stress under macroscopic stresses.
 
-    Parameters
-    ----------
-    macro : (6, k) array
-
-    Returns
-    -------
-    (k,) array
-        In units of ``macro``.
+    ``macro (6, k)``. Returns ``(k,)``: in units of ``macro``.
     """
     factors = np.zeros(macro.shape[1])
     step = max(1, _BATCH // max(local.volume.size, 1))

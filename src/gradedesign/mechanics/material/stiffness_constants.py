@@ -47,16 +47,9 @@ def relative_errors(
     """Relative error of every elastic constant: its largest uncertainty over its mean value.
 
     The error of a constant is NaN in rows where it is below a thousandth of the largest constant;
-    constants for which every row is NaN are left out.
+    constants for which every row is NaN are left out. Returns each ``(k,)``.
 
-    Parameters
-    ----------
-    stiffness, uncertainty : (k, 6, 6) array
-        In one unit.
-
-    Returns
-    -------
-    dict of str to (k,) array
+    ``stiffness (k, 6, 6)``, ``uncertainty (k, 6, 6)``: in one unit.
     """
     least = _NOTHING * np.abs(stiffness).max(axis=(1, 2))
     errors = {}

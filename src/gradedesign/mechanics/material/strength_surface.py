@@ -55,15 +55,8 @@ class StrengthSurface:
     def local_stress(self, stress: FloatArray) -> FloatArray:
         """Percentile of the local von Mises stress.
 
-        Parameters
-        ----------
-        stress : (6, ...) array
-            Macroscopic Voigt stress in the cell's axes.
-
-        Returns
-        -------
-        (...) array
-            In the unit of ``stress``.
+        ``stress (6, ...)``: macroscopic Voigt stress in the cell's axes. Returns ``(...)``: in the
+        unit of ``stress``.
         """
         terms = symmetric_powers(self.forms, stress, self.exponent, self.symmetry)
         return np.asarray(np.tensordot(self.weights, terms, axes=1) ** (1 / self.exponent))

@@ -39,9 +39,10 @@ def conjugate_gradients(
 ) -> Iterate:
     """Solve ``A x = right`` over the unknowns to keep; the others stay zero.
 
-    Every right-hand side is iterated for itself; they only share each pass over the matrix. The
-    new direction uses the change of the residual (Polak and Ribière), which tolerates a
-    preconditioner that is symmetric to single precision only.
+    Every right-hand side is iterated for itself; they only share each pass over the matrix. The new
+    direction uses the change of the residual (Polak and Ribière), which tolerates a preconditioner
+    that is symmetric to single precision only. Returns Iterate: converged or not: the caller judges
+    the residual.
 
     Parameters
     ----------
@@ -57,11 +58,6 @@ def conjugate_gradients(
         Of each right-hand side.
     start : (k, n) array, optional
         First guess, zero where `keep` is.
-
-    Returns
-    -------
-    Iterate
-        Converged or not: the caller judges the residual.
     """
     x = np.zeros_like(right) if start is None else start.copy()
     size = norms(right)

@@ -18,21 +18,11 @@ from gradedesign.errors import CaseError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cluster:
-    """Workers that independent computations are sent to.
+    """Workers that independent computations are sent to."""
 
-    Attributes
-    ----------
-    workers : int
-        Processes on this machine.
-    scheduler : str or None
-        Address of a running dask cluster, used instead.
-    threads : int or None
-        Of each computation; None for those that its worker has.
-    """
-
-    workers: int
-    scheduler: str | None = None
-    threads: int | None = 1
+    workers: int  #: Processes on this machine.
+    scheduler: str | None = None  #: Address of a running dask cluster, used instead.
+    threads: int | None = 1  #: Of each computation; None for those that its worker has.
 
 
 def has_dask() -> bool:
@@ -49,24 +39,14 @@ def on_dask(
 ) -> Iterator[tuple[tuple[Any, ...], Any]]:
     """Call a function with each tuple of arguments, and hand on the ends as they come.
 
-    Parameters
-    ----------
-    function : callable
-        At the top of a module, which the workers import: plugins must be installed there.
-    tasks : sequence of tuple
-        Arguments, plain data.
-    text : str
-        Name of the computation, for the lines of progress.
+    ``function``: at the top of a module, which the workers import: plugins must be installed there.
+    ``tasks``: arguments, plain data. ``text``: name of the computation, for the lines of progress.
+    Raises `CaseError` if dask is not installed, or no cluster answers at the address.
 
     Yields
     ------
     future : distributed.Future
         Ended: ``result()`` returns or raises what the function did.
-
-    Raises
-    ------
-    CaseError
-        If dask is not installed, or no cluster answers at the address.
     """
     if not has_dask():
         raise CaseError(

@@ -18,10 +18,8 @@ from gradedesign.program.host.registry import build_registry
 def registry_for(*, strict_plugins: bool) -> Registry:
     """Build the registry of the installed plugins and print what is wrong with them.
 
-    Raises
-    ------
-    PluginError
-        With ``strict_plugins``, for one that failed to load or has a hook without its marker.
+    Raises `PluginError` with ``strict_plugins``, for one that failed to load or has a hook without
+    its marker.
     """
     registry = build_registry(strict=strict_plugins)
     for note in registry.notes:
@@ -40,12 +38,9 @@ class NamedCell:
 def named_cell(registry: Registry, name: str) -> NamedCell:
     """Find a cell by its name, or by the case file, or its folder, that uses it.
 
-    A case is told by its suffix ``.toml``, or by a folder that holds a ``case.toml``.
-
-    Raises
-    ------
-    CaseError, DensityError, PluginError
-        For an unknown name, with the nearest one, and for what is wrong with a case.
+    A case is told by its suffix ``.toml``, or by a folder that holds a ``case.toml``. Raises
+    `CaseError`, `DensityError`, `PluginError` for an unknown name, with the nearest one, and for
+    what is wrong with a case.
     """
     path = Path(name)
     if path.suffix.lower() != ".toml" and not (path / "case.toml").is_file():

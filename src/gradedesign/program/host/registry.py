@@ -89,21 +89,13 @@ def build_registry(
 ) -> Registry:
     """Collect the records of the built-ins and of plugins.
 
-    Parameters
-    ----------
-    plugins : "installed" or sequence of modules
-        The entry points of group ``gradedesign``, one by one, unless the environment sets
-        ``GRADEDESIGN_DISABLE_PLUGINS=1``; or these modules and nothing installed.
-    strict : bool
-        Raise for a plugin that fails to load instead of going on without it.
-
-    Raises
-    ------
-    PluginError
-        For a misspelt hook, a hook that takes arguments, a record of the wrong type or with an
-        invalid name, a name supplied twice; with ``strict`` also for a plugin that fails to load
-        and for a function with the name of a hook that is not marked as one, or a law of a cell
-        that nothing supplies.
+    ``plugins``: "installed" or sequence of modules; the entry points of group ``gradedesign``, one
+    by one, unless the environment sets ``GRADEDESIGN_DISABLE_PLUGINS=1``; or these modules and
+    nothing installed. ``strict``: raise for a plugin that fails to load instead of going on without
+    it. Raises `PluginError` for a misspelt hook, a hook that takes arguments, a record of the wrong
+    type or with an invalid name, a name supplied twice; with ``strict`` also for a plugin that
+    fails to load and for a function with the name of a hook that is not marked as one, or a law of
+    a cell that nothing supplies.
     """
     manager = pluggy.PluginManager(hookspecs.GROUP)
     manager.add_hookspecs(hookspecs)

@@ -11,12 +11,10 @@ from gradedesign.common.system.progress import report_step
 from gradedesign.design.loop.designed import with_design
 from gradedesign.design.loop.iteration_steps import corrected_model
 from gradedesign.design.resolve.design_model import DesignModel
-from gradedesign.design.resolve.solid_part import dense_stiffness
 from gradedesign.design.verdict.shown import Shown
 from gradedesign.mechanics.explicit.correction import Correction
 from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
 from gradedesign.mechanics.explicit.tet_fields import TetFields
-from gradedesign.mechanics.explicit.tet_fields import solid_stiffness as printed_stiffness
 from gradedesign.mechanics.fe.load_case import (
     PartLoadCase,
     case_loads,
@@ -27,7 +25,7 @@ from gradedesign.mechanics.fe.load_case import (
 from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.solve import solve_elastic
 from gradedesign.mechanics.fe.space import TetSpace
-from gradedesign.mechanics.fe.stiffness import AnisotropicStiffness, mean_of
+from gradedesign.mechanics.fe.stiffness import AnisotropicStiffness, dense_stiffness, mean_of
 from gradedesign.mechanics.sizing.homogenised import mass_density, solve_homogenised
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 from gradedesign.mechanics.sizing.lattice_stiffness import effective_stiffness
@@ -137,7 +135,7 @@ def _explicit(name: str, solid: PrintedSolid, solved: TetFields) -> AnalysedMode
         name="explicit",
         title=["gradedesign: the printed lattice", name],
         space=space,
-        stiffness=printed_stiffness(space, solid.material),
+        stiffness=dense_stiffness(space, solid.material),
         steps=_steps(space, cases, density, solutions),
         thermal_expansion=solid.material.thermal_expansion,
         node_sets=_node_sets(space, solved.facets),

@@ -41,10 +41,7 @@ def finished_result(out: RunFolder, budget: RunSpec) -> RunResult | None:
 def stored_result(folder: Path) -> RunResult:
     """The result that the run of a folder has written.
 
-    Raises
-    ------
-    CaseError
-        If the folder holds none, or one of another version.
+    Raises `CaseError` if the folder holds none, or one of another version.
     """
     path = folder / RESULT_NAME
     if read_manifest(folder) is None:

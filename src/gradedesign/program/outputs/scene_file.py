@@ -33,10 +33,7 @@ def write_scene(
 def stored_scene(folder: Path) -> dict[str, Any]:
     """The scene that the run of a folder has written.
 
-    Raises
-    ------
-    CaseError
-        If it has written none.
+    Raises `CaseError` if it has written none.
     """
     try:
         data: dict[str, Any] = json.loads((folder / _SCENE_NAME).read_text(encoding="utf-8"))

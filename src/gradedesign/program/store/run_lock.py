@@ -38,10 +38,8 @@ class RunLock:
     def acquire(cls, folder: Path) -> RunLock:
         """Lock a folder; a lock whose owner is dead is taken over with a warning.
 
-        Raises
-        ------
-        CaseError
-            If another run holds it (process and host are named) or the folder is read-only.
+        Raises `CaseError` if another run holds it (process and host are named) or the folder is
+        read-only.
         """
         path = folder / LOCK_NAME
         lock = cls(folder=folder, system_lock=FileLock(path, thread_local=False))
