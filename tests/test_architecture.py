@@ -174,8 +174,9 @@ def crossing_names():
 #: tetrahedra and void eight; processes and as-built bodies, fourteen.
 #: Buckling of the part brought five. Still and figure in the page of `compare` brought two; records
 #: that show themselves in notebooks, eight; cases of a suite in processes of their own, four;
-#: energies by moments of the stiffness, from which those of all members follow at once, one.
-CROSSING = 1089
+#: energies by moments of the stiffness, from which those of all members follow at once, one;
+#: records of coupons, which two tables of a case name, one.
+CROSSING = 1090
 
 
 def test_rooms_have_doors_and_few_other_names_cross_their_walls():

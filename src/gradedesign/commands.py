@@ -22,6 +22,7 @@ from gradedesign.common.values.value_types import Name
 from gradedesign.design.case.read_case import case_file, read_toml
 from gradedesign.design.case.schema import Case
 from gradedesign.design.loop.stated_print import stated_print
+from gradedesign.design.resolve.choose_law import choose_law
 from gradedesign.design.resolve.fitting_part import fitting_part
 from gradedesign.design.resolve.registry import Registry, lookup
 from gradedesign.design.resolve.stated_lattice import stated_lattice
@@ -55,7 +56,7 @@ from gradedesign.program.store.stages import open_stages
 __all__ = [
     "COLOURS", "GREY", "RESULT_NAME", "UNFINISHED", "Case", "Cluster", "Key", "LimitRow",
     "Listener", "Name", "Problem", "ProgressLines", "Registry", "RunLock", "RunResult", "Table",
-    "available_memory_bytes", "blaming", "build_registry", "case_error", "case_file",
+    "available_memory_bytes", "blaming", "build_registry", "case_error", "case_file", "choose_law",
     "content_key", "content_policy", "counted", "difference", "dotted", "empty_figure",
     "figure_png", "finished_result", "fitting_part", "from_json", "has_dask", "ignore",
     "instead", "is_folder", "kill_all", "library_versions", "lookup", "named_cell", "on_dask",

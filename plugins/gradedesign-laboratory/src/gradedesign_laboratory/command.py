@@ -112,13 +112,23 @@ def tabulate(
 
 
 def coupon(
-    cell: Annotated[str, typer.Argument(help="A cell family of `gradedesign cells`.")],
+    cell: Annotated[
+        str | None, typer.Argument(help="A cell family of `gradedesign cells`.")
+    ] = None,
     process: Annotated[
-        str, typer.Option("--process", help="Name of the process that is measured.")
-    ],
+        str | None, typer.Option("--process", help="Name of the process that is measured.")
+    ] = None,
     output: Annotated[
-        Path, typer.Option("-o", "--output", help="Folder for plate, sheet and cases.")
-    ],
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Folder for plate, sheet and cases; with --read the record [PROCESS.toml].",
+        ),
+    ] = None,
+    read: Annotated[
+        Path | None, typer.Option("--read", help="A sheet that is filled in: fit it.")
+    ] = None,
     material: Annotated[
         str | None,
         typer.Option("--material", help="Base material of the library [that of the process]."),
@@ -150,9 +160,24 @@ def coupon(
     strict_plugins: Strict = False,
     as_json: Json = False,
 ) -> None:
-    """Write a build plate of coupons of a cell, numbered in the metal, and a sheet to fill in."""
-    from gradedesign_laboratory.run_coupon import PlateRequest, make_plate
+    """A build plate of coupons of a cell with a sheet to fill in; or the record of a filled one."""
+    from gradedesign import CaseError
+    from gradedesign_laboratory.run_coupon import PlateRequest, make_plate, read_coupons
 
+    if read is not None:
+        of_plates = (cell, process, material, density, size, inclination, width)
+        if any(option is not None for option in of_plates):
+            raise CaseError(
+                "--read takes a sheet, which states cell, process, material and coupons; leave "
+                "them out"
+            )
+        read_coupons(read, output, strict_plugins=strict_plugins, as_json=as_json)
+        return
+    if cell is None or process is None or output is None:
+        raise CaseError(
+            "expected a cell, --process and -o for a plate, or --read for a sheet, as in "
+            "`gradedesign coupon octet --process m290-ti64 -o coupons`"
+        )
     make_plate(
         PlateRequest(
             cell=cell,

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from gradedesign import CaseError, Material, SurfaceMesh, load_case
+from gradedesign import CaseError, Material, SurfaceMesh, load_case, report_step
 from gradedesign.commands import (
     Registry,
     counted,
@@ -21,6 +21,8 @@ from gradedesign.commands import (
     toml_text,
     write_text,
 )
+from gradedesign.properties import calibrate
+from gradedesign_laboratory.compressed_block import compressed_ratio
 from gradedesign_laboratory.coupon_shapes import DEPTH, NUMBER_SIZE, engraving, strut_coupon
 from gradedesign_laboratory.coupons import Block, Struts
 
@@ -44,12 +46,15 @@ class PlacedBlock:
         Of its solid plates, less the number.
     as_built : float or None, mm^3
         Volume of the as-built body, where the process is known.
+    ratio : float
+        Its modulus between plates over that of the periodic lattice, see `compressed_ratio`.
     """
 
     block: Block
     volume: float
     plates: float
     as_built: float | None
+    ratio: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -114,6 +119,14 @@ def coupon_plate(
         if key not in plain:
             data = block_case(block, cell=cell, material=found.name, process=known)
             plain[key] = _plain_block(data, registry, folder)
+    calibrated = calibrate(registry.cell_families[cell], {})
+    ratios = {}
+    for block in blocks:
+        if block.density not in ratios:
+            report_step(f"block of density {block.density:g} between plates")
+            ratios[block.density] = compressed_ratio(
+                calibrated, block.density, block.cells, poissons_ratio=found.poissons_ratio
+            )
     placed, surfaces = [], []
     for block in blocks:
         one, edge = plain[block.density, block.size], block.edge
@@ -128,6 +141,7 @@ def coupon_plate(
                 volume=one.volume - engraved,
                 plates=2.0 * PLATE * edge**2 - engraved,
                 as_built=None if one.as_built is None else one.as_built - engraved,
+                ratio=ratios[block.density],
             )
         )
     surfaces += [strut_coupon(one) for one in struts]

@@ -23,7 +23,7 @@ FILLED_FACTS = ("machine", "date", "gauge_mm")
 #: Columns that the plate states, those that are filled in for struts and for blocks, and remarks.
 DESIGNED = (
     "coupon", "strut", "kind", "inclination_deg", "designed_width_mm", "density", "cell_mm",
-    "cells", "designed_mm3", "plates_mm3",
+    "cells", "designed_mm3", "plates_mm3", "compressed_ratio",
 )  # fmt: skip
 OF_STRUTS = ("width_mm",)
 OF_BLOCKS = ("x_mm", "y_mm", "z_mm", "mass_g", "modulus_MPa", "yield_MPa")
@@ -79,6 +79,7 @@ def _block_row(placed: PlacedBlock) -> dict[str, str]:
         "cells": f"{block.cells}",
         "designed_mm3": f"{placed.volume:.6g}",
         "plates_mm3": f"{placed.plates:.6g}",
+        "compressed_ratio": f"{placed.ratio:.6g}",
     }
 
 
@@ -102,6 +103,6 @@ def checksum(facts: Mapping[str, str], rows: Iterable[Mapping[str, str]]) -> str
 
 def _plain(text: str) -> str:
     try:
-        return f"{float(text):.6g}"
+        return f"{float(text.replace(',', '.')):.6g}"
     except ValueError:
         return text

@@ -1,4 +1,4 @@
-"""``gradedesign coupon``: a build plate of coupons with its sheet."""
+"""``gradedesign coupon``: a plate of coupons with its sheet, and the record of a filled one."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gradedesign import CaseError, Material, Quantity
+from gradedesign import CaseError, CellFamily, Material, Quantity
 from gradedesign.commands import (
     ProgressLines,
+    choose_law,
     lookup,
     print_files,
     print_json,
@@ -20,9 +21,13 @@ from gradedesign.commands import (
     write_stl,
     write_text,
 )
+from gradedesign_laboratory.coupon_fit import Estimate
 from gradedesign_laboratory.coupon_plate import CouponPlate, coupon_plate
+from gradedesign_laboratory.coupon_readings import read_sheet
+from gradedesign_laboratory.coupon_record import fitted_table, record_text
 from gradedesign_laboratory.coupon_sheet import PlateFacts, sheet_text
 from gradedesign_laboratory.coupons import CouponPlan, planned_coupons
+from gradedesign_laboratory.fitted_coupons import CouponFit, fit_coupons
 
 #: Names of what is written.
 PLATE_NAME, SHEET_NAME = "plate.stl", "sheet.csv"
@@ -92,7 +97,8 @@ def make_plate(asked: PlateRequest) -> None:
             f"{sheet} is there already and may be filled in; name another folder by -o, or move it"
         )
     registry = registry_for(strict_plugins=asked.strict_plugins)
-    lookup(registry, "cell_families", asked.cell)
+    family: CellFamily = lookup(registry, "cell_families", asked.cell)
+    choose_law(registry, family.name, "auto", (min(plan.densities), max(plan.densities)))
     known = registry.processes.get(asked.process)
     name = asked.material or (known.material if known is not None else "")
     if not name:
@@ -266,3 +272,75 @@ def _print_plate(data: dict[str, Any]) -> None:
             f"mass as built is predicted",
             hang=2,
         )
+
+
+def read_coupons(sheet: Path, record: Path | None, *, strict_plugins: bool, as_json: bool) -> None:
+    """Fit a sheet that is filled in, print what it says, and write the record of it.
+
+    Parameters
+    ----------
+    record : Path or None
+        File to write; by default beside the sheet, named after the process.
+
+    Raises
+    ------
+    CaseError
+        For what is wrong with the sheet, or where nothing can be fitted.
+    """
+    readings = read_sheet(sheet)
+    registry = registry_for(strict_plugins=strict_plugins)
+    facts = readings.facts
+    material: Material = lookup(registry, "materials", facts.material)
+    lookup(registry, "cell_families", facts.cell)
+    densities = [block.density for block in readings.blocks] or [0.0, 1.0]
+    law = choose_law(registry, facts.cell, "auto", (min(densities), max(densities)))
+    fit = fit_coupons(readings, material, law)
+    text = record_text(fit)
+    file = sheet.with_name(f"{facts.process}.toml") if record is None else record
+    if file.suffix.lower() != ".toml":
+        raise CaseError(f"-o {file}: expected a file that ends with .toml, which a case names")
+    write_text(file, text)
+    if as_json:
+        print_json({**fitted_table(fit), "record": str(file)})
+        return
+    _print_fit(fit)
+    print_text(f"wrote {file}; a case below whose folder it lies names it:", hang=2)
+    lines = ["[process]", f'file = "{file.name}"']
+    if fit.strength.estimate is not None:
+        lines += ["[material]", f'file = "{file.name}"']
+    for line in lines:
+        print_text(f"  {line}")
+
+
+def _print_fit(fit: CouponFit) -> None:
+    """Print every estimate with its interval, what is not stated, and remarks."""
+    readings = fit.readings
+    rows: list[tuple[str, Estimate | None, float]] = [
+        (f"struts at {angle:g} deg, um", size, 1e3) for angle, size in fit.struts.sizes.items()
+    ]
+    rows += [
+        ("scatter of struts, um", fit.struts.scatter, 1e3),
+        ("modulus over nominal", fit.modulus.estimate, 1.0),
+        ("yield over nominal", fit.strength.estimate, 1.0),
+        ("mass over designed", fit.density, 1.0),
+    ]
+    print_table(
+        f"Process {readings.facts.process} on {readings.machine}, {readings.facts.material}, "
+        f"{readings.day}",
+        ("quantity", "value", "95 % from", "to", "n"),
+        [
+            (
+                name,
+                f"{scale * one.value:.4g}",
+                f"{scale * one.low:.4g}",
+                f"{scale * one.high:.4g}",
+                str(one.count),
+            )
+            for name, one, scale in rows
+            if one is not None
+        ],
+    )
+    for words in fit.refused:
+        print_text(f"not stated: {words}", hang=2)
+    for words in fit.notes:
+        print_text(f"note: {words}", hang=2)

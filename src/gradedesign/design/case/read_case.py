@@ -352,6 +352,8 @@ def case_hash(content: Table, file: Path, *read: Path | None) -> str:
         exclude={
             "output": True,
             "part": {"file"},
+            "material": {"file"},
+            "process": {"file"},
             "run": {"time", "memory", "max_iterations", "price"},
             "lattice": {
                 "own_cell": {"file"},

@@ -1,4 +1,4 @@
-"""``[process]``: a process by name, or what was measured of one."""
+"""``[process]``: a process by name, by a record, or what was measured of one."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib import resources
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, model_validator
 
 from gradedesign.common.values.suggest import shown
 from gradedesign.common.values.table import Table, key_error
 from gradedesign.common.values.value_types import (
+    FilePath,
     Flag,
     JsonSchema,
     Name,
@@ -26,6 +27,7 @@ from gradedesign.common.values.value_types import (
     Whole,
 )
 from gradedesign.design.printing.process import ByInclination, Process, Waviness
+from gradedesign.mechanics.material.record_file import with_record
 
 #: Most pairs of a table, and the largest growth or shrinkage of any process, mm. Chosen, not
 #: measured.
@@ -165,7 +167,7 @@ class MeasuredProcess(Table):
 
 
 class ProcessSpec(MeasuredProcess):
-    """A process by ``name``, or what was measured of one, and what is asked of it."""
+    """A process by ``name`` or ``file``, or what was measured of one, and what is asked of it."""
 
     example: ClassVar[str] = '{name = "lpbf-ti64-struts"}'
 
@@ -180,6 +182,9 @@ class ProcessSpec(MeasuredProcess):
 
     name: Name | None = Field(default=None, examples=["lpbf-ti64-struts"])
     """Name in the library: ``gradedesign processes`` lists them."""
+    file: FilePath | None = Field(default=None, examples=["m290-ti64.toml"])
+    """Record of what was measured, such as ``gradedesign coupon`` writes: its table ``[process]``
+    states the keys."""
     compensate: Annotated[bool, Flag()] = False
     """Whether a second file is written whose surface is offset beforehand, so that the body that is
     built of it is the designed one; the as-built body is then that of this file."""
@@ -188,6 +193,13 @@ class ProcessSpec(MeasuredProcess):
     percentiles of every limit; each takes one analysis."""
     seed: Annotated[int, Whole(0, 2**31 - 1)] = 2027
     """Of waviness and scatter: the same seed is the same body."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _recorded(cls, value: Any, info: ValidationInfo) -> Any:
+        if isinstance(value, dict) and "file" in value and "name" in value:
+            raise key_error("file", "found beside name; expected one of them")
+        return with_record(value, info, "process", MeasuredProcess)
 
     @model_validator(mode="after")
     def _named_or_stated(self) -> ProcessSpec:
@@ -198,7 +210,8 @@ class ProcessSpec(MeasuredProcess):
                 "found beside name; expected either a name from the library or what was measured "
                 "without a name",
             )
-        if self.name is None and self.strut_size is None and self.offset is None:
+        known = self.strut_size is not None or self.offset is not None or self.file is not None
+        if self.name is None and not known:
             raise ValueError(
                 "found no name, no strut_size and no offset; expected a name from the library "
                 'such as name = "lpbf-ti64-struts", or a table of what was measured'

@@ -64,7 +64,9 @@ def resolve_material(spec: MaterialSpec, registry: Registry) -> Material:
         )
         return Material(**{**values, **stated, "source": source})
     # Reading refuses a safety factor without a yield strength, so nothing asks for a missing one.
-    return Material(name="stated in the case", **{"yield_strength": math.nan, **stated})
+    values = {"yield_strength": math.nan, **stated}
+    name, source = spec.texts()
+    return Material(name=name, source=source, **values)
 
 
 def case_process(
@@ -84,7 +86,7 @@ def case_process(
     if spec is None:
         return None
     if spec.name is None:
-        process = spec.record("stated")
+        process = spec.record("stated" if spec.file is None else spec.file.stem)
     else:
         with locating(where, "process.name"):
             process = lookup(registry, "processes", spec.name)

@@ -1,21 +1,25 @@
-"""``[material]``: a name from the library, or the properties themselves."""
+"""``[material]``: a name from the library, a record, or the properties themselves."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, model_validator
 
 from gradedesign.common.values.suggest import listed
 from gradedesign.common.values.table import Table, key_error
-from gradedesign.common.values.value_types import Name, Number, Quantity
+from gradedesign.common.values.value_types import FilePath, Name, Number, Quantity
+from gradedesign.errors import CaseError
+from gradedesign.mechanics.material.record_file import recorded, with_record
 
 _NEEDED = ("youngs_modulus", "poissons_ratio", "density")
+#: Keys of a record beside the properties: what they are of, and from where.
+_TEXTS = ("name", "source")
 
 
 class MaterialSpec(Table):
-    """Either ``name`` alone, resolved in the library of materials, or its own properties."""
+    """Either ``name`` or ``file`` alone, from the library or a record, or its own properties."""
 
     example: ClassVar[str] = '{name = "Ti-6Al-4V"}'
 
@@ -31,6 +35,8 @@ class MaterialSpec(Table):
 
     name: Name | None = Field(default=None, examples=["Ti-6Al-4V"])
     """Name in the library."""
+    file: FilePath | None = Field(default=None, examples=["m290-ti64.toml"])
+    """Record of what was measured, whose table ``[material]`` states the properties."""
     youngs_modulus: Annotated[float, Quantity("stress", above=0.0)] | None = Field(
         default=None, examples=["114 GPa"]
     )
@@ -47,6 +53,28 @@ class MaterialSpec(Table):
     """Stress at which the solid material yields, MPa; needed for a safety factor."""
     thermal_expansion: Annotated[float, Quantity("thermal_expansion")] | None = None
     """Coefficient of thermal expansion, 1/K; needed for a temperature change."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _recorded(cls, value: Any, info: ValidationInfo) -> Any:
+        return with_record(value, info, "material", cls, texts=_TEXTS)
+
+    def texts(self) -> tuple[str, str]:
+        """Name and source of a stated material.
+
+        Raises
+        ------
+        CaseError
+            If the record that it is from is gone.
+        """
+        if self.file is None:
+            return "stated in the case", "stated in the case"
+        try:
+            found = recorded(self.file, "material")
+        except ValueError as error:
+            raise CaseError(str(error)) from None
+        name, source = (str(found.get(key, self.file.stem)) for key in _TEXTS)
+        return name, source
 
     @model_validator(mode="after")
     def _complete(self) -> MaterialSpec:
