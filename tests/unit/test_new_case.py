@@ -114,6 +114,30 @@ def test_new_names_every_gap_that_is_left(cli, tmp_path):
     }  # fmt: skip
 
 
+def test_a_dry_run_says_the_same_and_writes_nothing(cli, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    looked = cli("new", BRACKET, "--units", "mm", "--dry-run")
+    assert (looked.code, list(tmp_path.iterdir())) == (0, [])
+    data = json.loads(cli("new", BRACKET, "--units", "mm", "--dry-run", "--json").out)
+    assert (data["case"], data["picture"], list(tmp_path.iterdir())) == (None, None, [])
+    written = cli("new", BRACKET, "--units", "mm", "--json")
+    again = json.loads(written.out)
+    assert {**again, "case": None, "picture": None} == data
+    assert again["case"] == "bracket/case.toml"
+    assert Path(again["case"]).read_text(encoding="utf-8") == data["text"]
+    # A dry run shows what `new` shows above its files.
+    shown = cli("new", BRACKET, "--units", "mm", "-o", "other").out
+    assert shown.startswith(looked.out)
+    # Each region by the lines that select it, in the order of their names.
+    names = [region["name"] for region in data["regions"]]
+    assert names == sorted(tomllib.loads(data["text"])["region"])
+    (bolts,) = (region for region in data["regions"] if region["name"] == "hole_9_z")
+    assert bolts["faces"] == 4
+    assert bolts["lines"] in data["text"]
+    assert data["part"]["size_mm"] == pytest.approx([112, 46, 92])
+    assert {q["key"] for q in data["open_questions"]} >= {"material.name", "lattice.cell"}
+
+
 def test_a_file_without_a_unit_is_asked_for_one(cli, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     ended = cli("new", BRACKET)

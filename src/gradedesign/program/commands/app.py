@@ -194,12 +194,25 @@ def new(
     bodies: Annotated[
         str, typer.Option("--bodies", help="one, join where solids touch, or all.")
     ] = "one",
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Show the part and its regions; write nothing.")
+    ] = False,
     strict_plugins: Strict = False,
+    as_json: Json = False,
 ) -> None:
     """Begin a case: its file, with the part's holes and flat ends as regions."""
     from gradedesign.program.commands.new import new as command
 
-    command(part, output, units=units, repair=repair, bodies=bodies, strict_plugins=strict_plugins)
+    command(
+        part,
+        output,
+        units=units,
+        repair=repair,
+        bodies=bodies,
+        dry_run=dry_run,
+        strict_plugins=strict_plugins,
+        as_json=as_json,
+    )
 
 
 @app.command()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,8 @@ from gradedesign.geometry.lattice.placed_map import REPORT_POINTS
 from gradedesign.geometry.maps.map_report import volume_points
 from gradedesign.geometry.part.file_faces import file_body_data
 from gradedesign.geometry.part.part import Part
+from gradedesign.geometry.part.regions import Region
+from gradedesign.geometry.part.round_shapes import RoundShapes
 from gradedesign.mechanics.material.material import Material
 
 
@@ -27,22 +29,9 @@ def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]
     return {
         "case": plan.case.name,
         "part": part_data(plan.part, plan.material),
-        "regions": region_data(plan.part),
+        "regions": region_data(plan.part.regions),
         "passive_solids": kept_solids(checked),
-        "holes": [
-            {
-                "kind": group.kind,
-                "diameter_mm": round(group.diameter, 6),
-                "axis": plain_vector(group.axis),
-                "half_angle_deg": group.half_angle,
-                "length_mm": group.length,
-                "faces": group.count,
-                "area_mm2": group.area,
-                "points_mm": [plain_vector(point) for point in group.points],
-                "selector": group.selector,
-            }
-            for group in checked.holes
-        ],
+        "holes": hole_data(checked.holes),
         "load_cases": list(load_case_data(plan.case.load_case, plan.balances)),
         "limits": [
             {"name": name, "load_case": load_case, "allowed": allowed}
@@ -95,7 +84,25 @@ def stated_limits(checked: CaseCheck) -> list[tuple[str, str, str]]:
     return [(limit.name, limit.load_case, limit.allowed) for limit in checked.plan.limits]
 
 
-def region_data(part: Part) -> list[dict[str, Any]]:
+def hole_data(groups: Sequence[RoundShapes]) -> list[dict[str, Any]]:
+    """Round shapes of a part, with the lines that select them."""
+    return [
+        {
+            "kind": group.kind,
+            "diameter_mm": round(group.diameter, 6),
+            "axis": plain_vector(group.axis),
+            "half_angle_deg": group.half_angle,
+            "length_mm": group.length,
+            "faces": group.count,
+            "area_mm2": group.area,
+            "points_mm": [plain_vector(point) for point in group.points],
+            "selector": group.selector,
+        }
+        for group in groups
+    ]
+
+
+def region_data(regions: Mapping[str, Region]) -> list[dict[str, Any]]:
     """Area and place of every region."""
     return [
         {
@@ -104,7 +111,7 @@ def region_data(part: Part) -> list[dict[str, Any]]:
             "area_mm2": region.area,
             "centroid_mm": plain_vector(region.centroid),
         }
-        for name, region in sorted(part.regions.items())
+        for name, region in sorted(regions.items())
     ]
 
 

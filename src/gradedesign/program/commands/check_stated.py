@@ -77,7 +77,7 @@ def _data(stated: StatedLattice) -> dict[str, object]:
     return {
         "case": stated.case.name,
         "part": part_data(stated.part, stated.material),
-        "regions": region_data(stated.part),
+        "regions": region_data(stated.part.regions),
         "cell": cell_data(stated),
         "density": list(_densities(stated)),
         "cell_map": dict(stated.cell_map),
