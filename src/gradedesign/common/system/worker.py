@@ -67,19 +67,12 @@ def run_worker(
     signal is named), fails, is ``timed out``, or leaves no readable result; the message ends with
     its last lines of output; `ResourceError` if it ran out of memory, or was killed from outside.
 
-    Parameters
-    ----------
-    module : str
-        Dotted name; see `serve` for the other side.
-    arrays : mapping of str to array_like
-        Arrays that the worker reads from ``in.npz``.
-    options : mapping of str to float, int, str or bool
-        Options that it reads from ``options.json``.
-    time_limit_s : float
-        Wall time, s.
-    memory_limit_bytes : int
-        Address space of the process, bytes. Linux holds the process to it; macOS and Windows have
-        no such limit, which is logged as a warning.
+    - ``module``: dotted name; see `serve` for the other side
+    - ``arrays``: arrays that the worker reads from ``in.npz``
+    - ``options``: options that it reads from ``options.json``
+    - ``time_limit_s``: wall time, s
+    - ``memory_limit_bytes``: address space of the process, bytes. Linux holds the process to it;
+      macOS and Windows have no such limit, which is logged as a warning.
     """
     if not all(part.isidentifier() for part in module.split(".")):
         raise ValueError(f"{module!r} is not the dotted name of a module")

@@ -50,16 +50,11 @@ def parse_quantity(text: object, dimension: str) -> float:
     Raises `CaseError` naming what was found, the expected dimension and an example. Returns float:
     finite; zero only when a zero was written.
 
-    Parameters
-    ----------
-    text : object
-        Value in the case file; only a string such as ``"5 kN"`` is accepted.
-    dimension : str
-        A key of :data:`gradedesign.common.values.units.DIMENSIONS`: length (mm), area (mm^2),
-        volume (mm^3), force (N), pressure or stress (MPa), density (t/mm^3), acceleration (mm/s^2),
-        temperature (K),
-        thermal_expansion (1/K), time (s), memory (bytes), angle (degrees), moment (N mm),
-        number.
+    - ``text``: value in the case file; only a string such as ``"5 kN"`` is accepted
+    - ``dimension``: a key of :data:`gradedesign.common.values.units.DIMENSIONS`: length (mm), area
+      (mm^2), volume (mm^3), force (N), pressure or stress (MPa), density (t/mm^3), acceleration
+      (mm/s^2), temperature (K), thermal_expansion (1/K), time (s), memory (bytes), angle (degrees),
+      moment (N mm), number
 
     Examples
     --------

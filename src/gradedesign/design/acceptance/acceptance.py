@@ -142,20 +142,12 @@ def accept_submodels(
 
     Raises NoSubmodelError if no submodel can be chosen.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        The exported surface, read back.
-    explicit : ExplicitResult
-        Chooses the submodels and drives them.
-    count : int
-        Submodels at most.
-    size : float, mm
-        Surface size of their meshes.
-    time_limit_s : float, s
-        Of the mesher, for all submodels.
-    on_submodel : callable, optional
-        Hears every analysed submodel.
+    - ``surface``: the exported surface, read back
+    - ``explicit``: chooses the submodels and drives them
+    - ``count``: submodels at most
+    - ``size``, mm: surface size of their meshes
+    - ``time_limit_s``, s: of the mesher, for all submodels
+    - ``on_submodel``: hears every analysed submodel
     """
     avoid = [solid.regions[name].corners for name in sorted(_held_and_loaded(solid.load_cases))]
     report_step("choosing the most stressed cells")

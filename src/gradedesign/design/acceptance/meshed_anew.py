@@ -61,16 +61,10 @@ def mesh_anew(
     there is time; the checks stay as they are. Raises `MeshError`, `ResourceError` as
     `tetrahedralize` does.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        Read back from the exported file.
-    solid : PrintedSolid
-        Its mesher and memory.
-    size : float, mm
-        Surface size of the explicit analysis: sets edge length and envelope.
-    time_limit_s : float, s
-        Of the mesher.
+    - ``surface``: read back from the exported file
+    - ``solid``: its mesher and memory
+    - ``size``, mm: surface size of the explicit analysis: sets edge length and envelope
+    - ``time_limit_s``, s: of the mesher
     """
     clock = Deadline(time_limit_s)
     failed: tuple[str, ...] = ()

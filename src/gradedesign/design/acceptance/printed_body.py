@@ -48,18 +48,11 @@ def measure_printed(
 ) -> PrintedBody:
     """Measure the surface of the printed file.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        As read back.
-    analysed : SurfaceMesh
-        Of the solid that the explicit analysis solved.
-    element : float, mm
-        Element size of that analysis.
-    domain : DesignDomain
-        Tells the phases apart.
-    elements_mm3 : float, mm^3
-        Solid volume of the elements of that analysis.
+    - ``surface``: as read back
+    - ``analysed``: of the solid that the explicit analysis solved
+    - ``element``, mm: element size of that analysis
+    - ``domain``: tells the phases apart
+    - ``elements_mm3``, mm^3: solid volume of the elements of that analysis
     """
     report_step("volumes of the printed solid")
     volumes = phase_volumes(surface, domain)

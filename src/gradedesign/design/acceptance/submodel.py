@@ -93,16 +93,10 @@ def analyse_submodel(
     the share of error that the residual of the tractions allows: what is left counts as
     discrepancy. Without a residual, as under heat or moved supports, the factor is one.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        The exported surface, read back.
-    explicit : ExplicitResult
-        Drives the submodel.
-    size : float, mm
-        Surface size of the mesh, see `mesh_anew`: sets edge length and envelope.
-    time_limit_s : float
-        Of the mesher.
+    - ``surface``: the exported surface, read back
+    - ``explicit``: drives the submodel
+    - ``size``, mm: surface size of the mesh, see `mesh_anew`: sets edge length and envelope
+    - ``time_limit_s``: of the mesher
     """
     driving, spacing = explicit.solved, size
     material, name = solid.material, submodel.load_case

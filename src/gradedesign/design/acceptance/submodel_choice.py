@@ -95,18 +95,12 @@ def most_stressed_submodels(
 
     Returns tuple of Submodel: at most ``count``, the most stressed first.
 
-    Parameters
-    ----------
-    points : (3, M) array, mm
-        Sample points of the driving analysis.
-    volumes : (M,) array, mm^3
-    von_mises : dict of load case to (M, q) array, MPa
-    eligible : (M,) bool array
-        Lattice outside the exclusion radius of supports and loads.
-    percentile : float
-        Of the volume, per cent.
-    cells : CellMap or float, mm
-        Cells of a map, or the edge of cubes.
+    - ``points (3, M)``, mm: sample points of the driving analysis
+    - ``volumes (M,)``, mm^3
+    - ``von_mises``: by load case, each ``(M, q)``, MPa
+    - ``eligible (M,)``: lattice outside the exclusion radius of supports and loads
+    - ``percentile``: of the volume, per cent
+    - ``cells``, mm: cells of a map, or the edge of cubes
     """
     if not eligible.any():
         return ()
@@ -173,12 +167,10 @@ def cut_facets(
 
     Returns ``facets (j, 3)``; ``plane (j,)``: 0 to 5: x low, x high, y low, ...
 
-    Parameters
-    ----------
-    points : (3, n) array, mm
-    facets : (k, 3) int array
-    lower, upper : (3,) array, mm
-    tolerance : float, mm
+    - ``points (3, n)``, mm
+    - ``facets (k, 3)``
+    - ``lower (3,)``, ``upper (3,)``, mm
+    - ``tolerance``, mm
     """
     corners = points[:, facets]
     planes = np.full(len(facets), -1)

@@ -92,14 +92,10 @@ def judged_seconds(
     The second one is finer than the first where the budgets hold that, else coarser, as
     `whole_solid.judge_whole` takes them.
 
-    Parameters
-    ----------
-    spacing : float, mm
-        Of the first.
-    earlier_unknowns : int
-        Unknowns of the iteration's analysis.
-    memory : float, bytes
-    time : float, s
+    - ``spacing``, mm: of the first
+    - ``earlier_unknowns``: unknowns of the iteration's analysis
+    - ``memory``, bytes
+    - ``time``, s
     """
     first, finer = whole_estimates(planned, spacing, earlier_unknowns)
     if not within_budgets(finer, memory, time):

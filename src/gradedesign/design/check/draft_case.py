@@ -70,16 +70,10 @@ def draft_case(
     Raises CaseError if there is no such file, no reader takes it, it holds voxels, or its unit is
     not known. Raises PartError if its geometry is damaged.
 
-    Parameters
-    ----------
-    path : Path
-        The part's file.
-    units : str, optional
-        One of `UNITS`, of its coordinates where the file carries none.
-    auto : bool
-        Whether damage is repaired that needs a choice, as ``[part] repair = "auto"`` does.
-    bodies : str
-        One of `BODIES`, as ``[part] bodies``.
+    - ``path``: the part's file
+    - ``units``: one of `UNITS`, of its coordinates where the file carries none
+    - ``auto``: whether damage is repaired that needs a choice, as ``[part] repair = "auto"`` does
+    - ``bodies``: one of `BODIES`, as ``[part] bodies``
     """
     if not path.is_file():
         raise CaseError(f"{path}: no such file; expected the file of a part")

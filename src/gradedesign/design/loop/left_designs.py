@@ -37,16 +37,10 @@ def judge_left(
     Returns ``accepted``: the lightest design that holds, else the last one that was refused here;
     None if nothing holds and nothing was judged here.
 
-    Parameters
-    ----------
-    factors : Factors
-        Accepted over explicit values, by the last acceptance.
-    last : Judged or None
-        Design that was judged last.
-    held : Accepted or None
-        The design that acceptance held.
-    tried : set of int
-        Numbers of the iterations that were judged, which ``stages.accept`` completes.
+    - ``factors``: accepted over explicit values, by the last acceptance
+    - ``last``: design that was judged last
+    - ``held``: the design that acceptance held
+    - ``tried``: numbers of the iterations that were judged, which ``stages.accept`` completes
     """
     if held is not None:
         if ended.by == "iterations" and last is not None:

@@ -158,16 +158,11 @@ def learned_speed(
     Solves depend least on the case, so that theirs tells how fast the machine is at present: the
     mesher, which no iteration runs, is taken to be as much slower or faster.
 
-    Parameters
-    ----------
-    work : RunWork
-        With the unknowns that the iteration really had.
-    iterations : int
-        Of its sizing.
-    seconds : mapping of stage to seconds
-        ``sizing``, ``explicit mesh``, ``explicit solve``; a stage that is missing teaches nothing.
-    speed : Speed
-        For the other stages.
+    - ``work``: with the unknowns that the iteration really had
+    - ``iterations``: of its sizing
+    - ``seconds``: mapping of stage to seconds; ``sizing``, ``explicit mesh``, ``explicit solve``; a
+      stage that is missing teaches nothing
+    - ``speed``: for the other stages
     """
     believed = {
         "sizing": _sizing_seconds(work, speed, iterations),

@@ -78,15 +78,10 @@ def measure_voids(
     width is twice that. Powder leaves through throats of ``min_throat``: what a ball of that size
     reaches from outside, and corners behind it as deep as the ball is wide, are free.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        The printed solid, closed.
-    solid : (nx, ny, nz) bool array
-        Its voxels, with an empty margin wider than half of ``min_throat``.
-    outline : (nx, ny, nz) bool array
-        Voxels of the fully solid part.
-    min_throat : float or None, mm
+    - ``surface``: the printed solid, closed
+    - ``solid (nx, ny, nz)``: its voxels, with an empty margin wider than half of ``min_throat``
+    - ``outline (nx, ny, nz)``: voxels of the fully solid part
+    - ``min_throat``, mm
 
     References
     ----------

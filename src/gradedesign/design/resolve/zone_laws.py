@@ -91,16 +91,10 @@ def zoning(
 
     Raises DensityError if a mix exists at none of the densities of the zones that meet.
 
-    Parameters
-    ----------
-    plan : Plan
-        With zones.
-    able : Analysable
-        Of every zone.
-    centres : (3, M) array, mm
-        Of the tetrahedra.
-    on_event : callable
-        Hears of mixes that are computed.
+    - ``plan``: with zones
+    - ``able``: of every zone
+    - ``centres (3, M)``, mm: of the tetrahedra
+    - ``on_event``: hears of mixes that are computed
     """
     case = plan.case
     zones = plan.zones

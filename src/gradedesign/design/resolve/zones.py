@@ -180,17 +180,11 @@ def _joined(
 
     Raises LatticeError if a transition falls apart.
 
-    Parameters
-    ----------
-    zones : sequence of Z ResolvedZone
-    members : tuple of n Cell
-        Different ones.
-    weights : callable
-        Points to weights of the zones ``(Z, ...)``.
-    at_points : (Z, m) array
-        Weights at points that fill the lattice.
-    own : TransitionSpec or None
-        That states the scale of the mix and how the second cell is moved.
+    - ``zones``: sequence of Z ResolvedZone
+    - ``members``: tuple of n Cell; different ones
+    - ``weights``: points to weights of the zones ``(Z, ...)``
+    - ``at_points (Z, m)``: weights at points that fill the lattice
+    - ``own``: that states the scale of the mix and how the second cell is moved
     """
     number = [members.index(zone.cell) for zone in zones]
     scale: Scale = "distance" if own is not None and own.scale == "distance" else "rank"

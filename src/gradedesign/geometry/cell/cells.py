@@ -137,16 +137,11 @@ def cell_pair(
 
     Raises DensityError if there is no density that both have.
 
-    Parameters
-    ----------
-    scale : {"rank", "distance"}
-        Common scale on which they mix.
-    shift : (float, float, float), cells
-        By which the second is moved. Struts that pass each other do not join; moved by half a cell
-        they may, see :func:`gradedesign.geometry.cell.neck.joining_shift`.
-    reference : float, optional
-        Density of the surfaces from which *distance* counts; the middle of the common window
-        without it.
+    - ``scale``: "rank" or "distance"; common scale on which they mix
+    - ``shift``, cells: by which the second is moved. Struts that pass each other do not join; moved
+      by half a cell they may, see :func:`gradedesign.geometry.cell.neck.joining_shift`.
+    - ``reference``: density of the surfaces from which *distance* counts; the middle of the common
+      window without it
     """
     low, high = _common_window((first, second))
     if not low < high:

@@ -42,16 +42,11 @@ def formula_cell(
 
     Raises CaseError, naming the option, what was found and what would be right.
 
-    Parameters
-    ----------
-    formula : str
-        In x, y, z, 0 to 1 in the cell, its parameters, and what `parse_formula` knows.
-    kind : {"network", "sheet"}
-        ``f <= t``, or ``|f| <= t``.
-    symmetry : {"cubic", "tetragonal", "orthotropic", "none"}
-        Of the effective stiffness; declared cubic symmetry is checked when it is computed.
-    parameters : sequence of (str, float)
-        Names and defaults; ``[lattice.parameters]`` of a case overrides them.
+    - ``formula``: in x, y, z, 0 to 1 in the cell, its parameters, and what `parse_formula` knows
+    - ``kind``: "network" or "sheet"; ``f <= t``, or ``|f| <= t``
+    - ``symmetry``: "cubic", "tetragonal", "orthotropic" or "none" of the effective stiffness;
+      declared cubic symmetry is checked when it is computed
+    - ``parameters``: names and defaults; ``[lattice.parameters]`` of a case overrides them
 
     Examples
     --------

@@ -56,16 +56,10 @@ def measure_neck(
 
     Raises LatticeError if a length is not positive.
 
-    Parameters
-    ----------
-    pair : Cells
-        Two that pass into each other.
-    density : float
-        Relative density.
-    length : float, cells
-        Of the transition; the weight rises by 3 s^2 - 2 s^3.
-    resolution : int
-        Grid points along a cell; a multiple of 4; widths are right to one grid step.
+    - ``pair``: two that pass into each other
+    - ``density``: relative density
+    - ``length``, cells: of the transition; the weight rises by 3 s^2 - 2 s^3
+    - ``resolution``: grid points along a cell; a multiple of 4; widths are right to one grid step
     """
     if not (length > 0 and resolution >= 8):
         raise LatticeError(

@@ -61,17 +61,12 @@ def remove_islands(
 
     Raises LatticeError if nothing is solid, or more than ``max_share`` would be dropped.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        Closed and outward oriented.
-    keep : int
-        Number of solids to keep, by volume; the number of bodies of the part.
-    max_share : float
-        Largest share of the volume that may be dropped.
-    least_pocket : float, mm^3
-        Closed voids up to this volume are filled: below the grid they are artefacts of cutting. Of
-        solids those up to `CRUMB` of it are, and are dropped without being counted.
+    - ``surface``: closed and outward oriented
+    - ``keep``: number of solids to keep, by volume; the number of bodies of the part
+    - ``max_share``: largest share of the volume that may be dropped
+    - ``least_pocket``, mm^3: closed voids up to this volume are filled: below the grid they are
+      artefacts of cutting. Of solids those up to `CRUMB` of it are, and are dropped without being
+      counted.
     """
     vertex_shell = vertex_shells(surface.faces, len(surface.vertices))
     shell = vertex_shell[surface.faces[:, 0]]

@@ -64,17 +64,11 @@ def require_room(vertices: int, share: float, cubes: int, memory: float, h: floa
 
     Raises `ResourceError`.
 
-    Parameters
-    ----------
-    vertices : int
-        So far.
-    share : float
-        Of the grid's planes that are done.
-    cubes : int
-        Of the grid.
-    memory : float, bytes
-    h : float, mm
-        Spacing of the grid.
+    - ``vertices``: so far
+    - ``share``: of the grid's planes that are done
+    - ``cubes``: of the grid
+    - ``memory``, bytes
+    - ``h``, mm: spacing of the grid
     """
     if _BYTES_PER_VERTEX * vertices + cubes > memory:
         need = _BYTES_PER_VERTEX * vertices / max(share, 1e-9) + cubes

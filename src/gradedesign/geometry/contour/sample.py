@@ -74,18 +74,11 @@ def sample_slabs(
     Every node is evaluated once and its value handed on, so slabs agree on shared nodes to the
     last bit even where a field's rounding depends on the batch it is evaluated in.
 
-    Parameters
-    ----------
-    field : callable
-        Points ``(3, ...)`` mm to values ``(...)``.
-    lower : (3,) array_like, mm
-        First node.
-    shape : (int, int, int)
-        Number of nodes along x, y, z.
-    h : float, mm
-        Spacing.
-    nodes : int
-        About as many are held at once; two planes at least.
+    - ``field``: points ``(3, ...)`` mm to values ``(...)``
+    - ``lower (3,)``, mm: first node
+    - ``shape``: number of nodes along x, y, z
+    - ``h``, mm: spacing
+    - ``nodes``: about as many are held at once; two planes at least
 
     Yields
     ------

@@ -71,19 +71,12 @@ def divided_skin_edges(
     Each gets a vertex on the inner face: where the planes at its ends meet, or the nearest place.
     A triangle whose corners, or sides, lie on three planes also gets their common point.
 
-    Parameters
-    ----------
-    vertices : (n, 3) array, mm
-    faces : (m, 3) int32 array
-        Closed and manifold, and so is the result.
-    used : (n,) bool array
-        Ends of edges that may be divided.
-    skins : tuple of callable
-        Points ``(3, k)`` mm to signed distances to the inner face of a skin ``(k,)`` mm.
-    field : callable
-        Of the whole solid: new vertices lie on its zero as well.
-    step : float, mm
-        Grid of the contour.
+    - ``vertices (n, 3)``, mm
+    - ``faces (m, 3)``: closed and manifold, and so is the result
+    - ``used (n,)``: ends of edges that may be divided
+    - ``skins``: points ``(3, k)`` mm to signed distances to the inner face of a skin ``(k,)`` mm
+    - ``field``: of the whole solid: new vertices lie on its zero as well
+    - ``step``, mm: grid of the contour
 
     References
     ----------

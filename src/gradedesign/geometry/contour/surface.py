@@ -78,17 +78,11 @@ def extract_surface(
     positive. Raises LatticeError if the field has no solid on the grid, is not finite, or the
     surface is not closed.
 
-    Parameters
-    ----------
-    field : callable
-        Points ``(3, ...)`` mm to values, negative inside, roughly a distance in mm.
-    lower, upper : (3,) array_like, mm
-        The solid is cut at this box, so it is always closed. The grid is laid half a spacing
-        outside ``lower``: faces of the box lie between nodes.
-    h : float, mm
-        Grid spacing.
-    nodes : int
-        Grid nodes held at once, about.
+    - ``field``: points ``(3, ...)`` mm to values, negative inside, roughly a distance in mm
+    - ``lower (3,)``, ``upper (3,)``, mm: the solid is cut at this box, so it is always closed. The
+      grid is laid half a spacing outside ``lower``: faces of the box lie between nodes.
+    - ``h``, mm: grid spacing
+    - ``nodes``: grid nodes held at once, about
     """
     grid = boxed_grid(lower, upper, h)
     mesh = contour(field, grid, nodes=nodes)

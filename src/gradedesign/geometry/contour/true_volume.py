@@ -91,21 +91,13 @@ def fitted_vertices(
 
     Returns float: relative to the solid of the cell.
 
-    Parameters
-    ----------
-    field : callable
-        Of which the vertices lie on the zero, about mm.
-    vertices : (n, 3) array, mm
-    faces : (m, 3) int32 array
-        Outward oriented.
-    axes : (k,) int8 array
-        Of the grid edges on which the first vertices lie; no triangle has others.
-    grid : ((3,) array, float), mm
-        First node and spacing.
-    gap : float
-        How far from the ends of its edge a vertex stays, in grid spacings.
-    counts : (p, q, r) int array
-        Grid nodes inside, by cell.
+    - ``field``: of which the vertices lie on the zero, about mm
+    - ``vertices (n, 3)``, mm
+    - ``faces (m, 3)``: outward oriented
+    - ``axes (k,)``: of the grid edges on which the first vertices lie; no triangle has others
+    - ``grid``: ((3,) array, float), mm; first node and spacing
+    - ``gap``: how far from the ends of its edge a vertex stays, in grid spacings
+    - ``counts (p, q, r)``: grid nodes inside, by cell
     """
     h = grid[1]
     slope = np.zeros(len(faces), dtype=np.float32)
@@ -143,17 +135,11 @@ def _move(
     and surface by cell, without and with its sign, and what of it the vertices could not gain
     within their cubes.
 
-    Parameters
-    ----------
-    target : tuple
-        Vertices, faces, axes, held vertices, grid, gap and fit of `fitted_vertices`.
-    rule : ((k, 3) array, float)
-        Barycentric coordinates of the points at which heights are taken, and the mean height over
-        the mean of these.
-    slope : (m,) array
-        Of the field across every triangle; measured where it is 0, else used.
-    shape : (int, int, int)
-        Number of cells.
+    - ``target``: vertices, faces, axes, held vertices, grid, gap and fit of `fitted_vertices`
+    - ``rule``: ((k, 3) array, float); barycentric coordinates of the points at which heights are
+      taken, and the mean height over the mean of these
+    - ``slope (m,)``: of the field across every triangle; measured where it is 0, else used
+    - ``shape``: number of cells
     """
     vertices, faces, axes, held, grid, gap, fit = target
     (bary, over), cells = rule, (fit.lower, fit.upper, fit.cell)

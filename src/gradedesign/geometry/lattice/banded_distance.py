@@ -29,16 +29,11 @@ def banded_distance(
     Returns callable: points ``(3, ...)`` to values ``(...)``. Raises LatticeError if the box or the
     spacing is unusable.
 
-    Parameters
-    ----------
-    distance : callable
-        A true distance (at most 1 mm per mm), mm.
-    lower, upper : (3,) array_like, mm
-        Box covered by the coarse grid; points beyond it are right too, only slower.
-    spacing : float, mm
-        Of the coarse grid, which is evaluated here once.
-    inner, outer : float, mm
-        Half widths of the band in which values are exact.
+    - ``distance``: a true distance (at most 1 mm per mm), mm
+    - ``lower (3,)``, ``upper (3,)``, mm: box covered by the coarse grid; points beyond it are right
+      too, only slower
+    - ``spacing``, mm: of the coarse grid, which is evaluated here once
+    - ``inner``, ``outer``, mm: half widths of the band in which values are exact
     """
     lower, upper = np.array(lower, dtype=np.float64), np.array(upper, dtype=np.float64)
     if not spacing > 0 or not (upper > lower).all():

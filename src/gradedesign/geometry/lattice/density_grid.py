@@ -67,16 +67,10 @@ def density_grid_from_elements(
     Raises DensityError if ``rho`` does not match the mesh, or a value is not finite. Raises
     ResourceError if the grid takes more memory.
 
-    Parameters
-    ----------
-    rho : (m,) array
-        Relative density of every element.
-    spacing : float, mm
-        Of the grid; about half an element is enough.
-    margin : float, mm
-        By which the grid is larger than the mesh on every side.
-    memory_limit_bytes : float
-        What the grid may take.
+    - ``rho (m,)``: relative density of every element
+    - ``spacing``, mm: of the grid; about half an element is enough
+    - ``margin``, mm: by which the grid is larger than the mesh on every side
+    - ``memory_limit_bytes``: what the grid may take
     """
     rho = np.asarray(rho, dtype=np.float64)
     if rho.shape != (mesh.tets.shape[1],) or rho.size == 0 or not np.isfinite(rho).all():

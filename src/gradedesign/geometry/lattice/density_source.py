@@ -49,21 +49,13 @@ def sample_density(
     Raises DensityError if a value inside is not finite or outside the window: its range and a
     place. Raises ResourceError if the grid would be too large.
 
-    Parameters
-    ----------
-    source : callable
-        Points ``(3, n)`` mm to relative density ``(n,)``.
-    distance : callable
-        Signed distance of the part.
-    lower, upper : (3,) array_like, mm
-        The part's box; a layer of nodes lies on ``lower``.
-    spacing : float, mm
-    window : (float, float)
-        Densities that are allowed.
-    quantity : str
-        Names the source in messages, such as ``"density formula"``.
-    memory_limit_bytes : int
-        What the grid may take.
+    - ``source``: points ``(3, n)`` mm to relative density ``(n,)``
+    - ``distance``: signed distance of the part
+    - ``lower (3,)``, ``upper (3,)``, mm: the part's box; a layer of nodes lies on ``lower``
+    - ``spacing``, mm
+    - ``window``: densities that are allowed
+    - ``quantity``: names the source in messages, such as ``"density formula"``
+    - ``memory_limit_bytes``: what the grid may take
     """
     start = np.asarray(lower, dtype=np.float64) - 2 * spacing
     extent = np.asarray(upper, dtype=np.float64) - start

@@ -77,17 +77,12 @@ def local_level(
 
     Raises ResourceError if the lattice has too many cells for the memory.
 
-    Parameters
-    ----------
-    shape : callable
-        Cell coordinates ``(3, n)`` and share ``(n,)`` to the density at which points become solid.
-    period : int
-        Cells after which it repeats; the density is held over so many.
-    places : ((3, n) array, (n,) array, (n,) array)
-        Cell coordinates, share and stated density at points all over the lattice, several in every
-        block.
-    memory_limit_bytes : float
-        That it may take.
+    - ``shape``: cell coordinates ``(3, n)`` and share ``(n,)`` to the density at which points
+      become solid
+    - ``period``: cells after which it repeats; the density is held over so many
+    - ``places``: ((3, n) array, (n,) array, (n,) array); cell coordinates, share and stated density
+      at points all over the lattice, several in every block
+    - ``memory_limit_bytes``: that it may take
     """
     u, share, density = places
     low = np.floor(u.min(axis=1)).astype(np.int64) - period

@@ -72,19 +72,12 @@ def printed_surface(
     `LatticeError` as `trimmed_surface`, `surface_behind_skin`, `remove_islands` and `within_chord`.
     Raises `ResourceError` if a grid that is fine enough does not fit the memory.
 
-    Parameters
-    ----------
-    part : SurfaceMesh
-        As for `trimmed_surface`.
-    step : float, mm
-        Grid of the contour with which to begin; it becomes as fine as the volume needs.
-    chord_tolerance : float or None, mm
-        Fewer triangles within this distance; None: those of the contour.
-    memory : float, bytes
-        That it may take.
-    keep_outer : bool
-        Whether the part's triangles stay as they are, first in the surface, see
-        `surface_behind_skin`.
+    - ``part``: as for `trimmed_surface`
+    - ``step``, mm: grid of the contour with which to begin; it becomes as fine as the volume needs
+    - ``chord_tolerance``, mm: fewer triangles within this distance; None: those of the contour
+    - ``memory``, bytes: that it may take
+    - ``keep_outer``: whether the part's triangles stay as they are, first in the surface, see
+      `surface_behind_skin`
     """
     make = surface_behind_skin if keep_outer else trimmed_surface
     asked = Resolution(within=VOLUME_ERROR, memory=memory)

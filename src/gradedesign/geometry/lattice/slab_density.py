@@ -79,19 +79,13 @@ def slab_density(
 
     Raises LatticeError if the part has no volume in a slab.
 
-    Parameters
-    ----------
-    lattice : callable
-        Its field, trimmed by the part, with skin and passive regions.
-    surface : SurfaceMesh
-        What is printed.
-    part : SurfaceMesh
-        What it was cut from.
-    axis : int
-        Across which slabs lie.
-    thickness : float, mm
-    depth : callable, optional
-        Distance of the part, right in sign and where skins end; by default that of the design.
+    - ``lattice``: its field, trimmed by the part, with skin and passive regions
+    - ``surface``: what is printed
+    - ``part``: what it was cut from
+    - ``axis``: across which slabs lie
+    - ``thickness``, mm
+    - ``depth``: distance of the part, right in sign and where skins end; by default that of the
+      design
     """
     edges = slab_edges(
         float(design.domain.lower[axis]), float(design.domain.upper[axis]), thickness

@@ -63,16 +63,10 @@ def united(
 
     Returns callable: points ``(3, ...)`` mm and the part's distance there, to values ``(...)``.
 
-    Parameters
-    ----------
-    layers : tuple of SolidLayer
-        Of that domain.
-    cell : callable
-        Field of the infinite lattice, negative inside.
-    exact : callable
-        The same in double precision, of which gradients are taken.
-    size : float, mm
-        Of a cell.
+    - ``layers``: of that domain
+    - ``cell``: field of the infinite lattice, negative inside
+    - ``exact``: the same in double precision, of which gradients are taken
+    - ``size``, mm: of a cell
     """
     on_cells, join, cuts = domain.on_cells, domain.join, domain.cuts
 
@@ -158,19 +152,12 @@ def without_rims(
     Returns (n,) array: larger where a rim is left out; elsewhere unchanged where the body is not
     thin.
 
-    Parameters
-    ----------
-    values : (n,) array
-        Of the body, negative inside, about mm.
-    points : (3, n) array, mm
-        Not farther outside the part than the wall or the overhang.
-    body : callable
-        Points ``(3, k)`` and the part's distance there to values ``(k,)``.
-    part : callable
-        Distance of the part less the overhang, mm; exact.
-    overhang : float, mm
-        By which the part's faces were moved outward.
-    wall : float, mm
+    - ``values (n,)``: of the body, negative inside, about mm
+    - ``points (3, n)``, mm: not farther outside the part than the wall or the overhang
+    - ``body``: points ``(3, k)`` and the part's distance there to values ``(k,)``
+    - ``part``: distance of the part less the overhang, mm; exact
+    - ``overhang``, mm: by which the part's faces were moved outward
+    - ``wall``, mm
     """
     result = np.array(values, dtype=np.float64)
     inside = np.flatnonzero(values < 0.0)

@@ -250,16 +250,10 @@ def cube_sides(part: SurfaceMesh, origin: FloatArray, shape: Shape, h: float) ->
     Returns (a, b, c) uint8 array: deep cubes lie inside, those beside and beyond outside, all of
     them farther than `CLEARANCE` spacings from the surface; those beside touch a near one.
 
-    Parameters
-    ----------
-    part : SurfaceMesh
-        Closed.
-    origin : (3,) array, mm
-        First node of the grid.
-    shape : (int, int, int)
-        Number of nodes.
-    h : float, mm
-        Spacing.
+    - ``part``: closed
+    - ``origin (3,)``, mm: first node of the grid
+    - ``shape``: number of nodes
+    - ``h``, mm: spacing
     """
     corners = (corner_points(part) - origin) / h
     cubes = tuple(n - 1 for n in shape)

@@ -33,20 +33,14 @@ def conformal_map(
     Returns CellMap: differentiable where ``depth`` is: not where two places of the surface are
     equally near. Raises CaseError for an impossible size or direction.
 
-    Parameters
-    ----------
-    depth : callable
-        Points ``(3, ...)`` mm to the distance from the surface ``(...)``, mm, growing into the
-        part: the negative of :func:`gradedesign.geometry.part.signed_distance.surface_distance`, or
-        :func:`~gradedesign.geometry.part.signed_distance.region_distance` of one face.
-    size : float or (3,) sequence, mm
-        Edges of a cell; the third is the thickness of a layer.
-    normal : (3,) sequence
-        Mean direction into the part. The other two coordinates are those of the plane across it,
-        so cells shear by the angle between it and the surface's own normal, and fold at 90
-        degrees.
-    origin : (3,) sequence, mm
-        A corner of a cell in the plane.
+    - ``depth``: points ``(3, ...)`` mm to the distance from the surface ``(...)``, mm, growing into
+      the part: the negative of :func:`gradedesign.geometry.part.signed_distance.surface_distance`,
+      or :func:`~gradedesign.geometry.part.signed_distance.region_distance` of one face
+    - ``size``: float or (3,) sequence, mm; edges of a cell; the third is the thickness of a layer
+    - ``normal (3,)``: mean direction into the part. The other two coordinates are those of the
+      plane across it, so cells shear by the angle between it and the surface's own normal, and fold
+      at 90 degrees.
+    - ``origin (3,)``, mm: a corner of a cell in the plane
     """
     edges = positive_sizes(size)
     frame = frame_along(normal)

@@ -26,18 +26,13 @@ def cylindrical_map(
     the frame's first axis: invisible to periodic cells. Raises CaseError if a size, the radius or
     the number of cells is impossible.
 
-    Parameters
-    ----------
-    around : int
-        Whole number of cells in a turn, so that the last joins the first.
-    radial_size, axial_size : float, mm
-        Edges of a cell along the radius and the axis. The third edge is ``2 pi r / around``.
-    inner_radius : float, mm
-        A layer of cells begins here, and nearer the axis the map is refused: cells would become
-        wedges and then nothing.
-    origin : (3,) sequence, mm
-        On the axis; a slice of cells begins here.
-    axis : (3,) sequence
+    - ``around``: whole number of cells in a turn, so that the last joins the first
+    - ``radial_size``, ``axial_size``, mm: edges of a cell along the radius and the axis. The third
+      edge is ``2 pi r / around``.
+    - ``inner_radius``, mm: a layer of cells begins here, and nearer the axis the map is refused:
+      cells would become wedges and then nothing
+    - ``origin (3,)``, mm: on the axis; a slice of cells begins here
+    - ``axis (3,)``
     """
     count = whole_cells(around, "around the axis")
     lengths = {"radial size": radial_size, "axial size": axial_size, "inner radius": inner_radius}

@@ -46,18 +46,12 @@ def frame_field(
     box, the length or a tensor is impossible. Raises ResourceError if the grid would have more than
     `MOST_ELEMENTS` elements.
 
-    Parameters
-    ----------
-    tensor_of : callable
-        Points ``(3, ...)`` mm to symmetric tensors ``(3, 3, ...)`` of any unit.
-    lower, upper : (3,) array_like, mm
-        Box; frames beyond it are those of its border.
-    length : float, mm
-        Over which frames are smoothed.
-    start : (3, 3) array_like, optional
-        Rows of the frame from which all begin, together; the axes of the box by default. The
-        field can be combed flat into it, so it has no singular lines: directions that go all
-        round an axis are followed on one side of it only.
+    - ``tensor_of``: points ``(3, ...)`` mm to symmetric tensors ``(3, 3, ...)`` of any unit
+    - ``lower (3,)``, ``upper (3,)``, mm: box; frames beyond it are those of its border
+    - ``length``, mm: over which frames are smoothed
+    - ``start (3, 3)``: rows of the frame from which all begin, together; the axes of the box by
+      default. The field can be combed flat into it, so it has no singular lines: directions that go
+      all round an axis are followed on one side of it only.
 
     Notes
     -----

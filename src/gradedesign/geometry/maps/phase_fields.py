@@ -54,22 +54,14 @@ def graded_size_map(
     differentiable (cubic B-splines). Sizes are met only as well as the field allows: see
     :func:`gradedesign.geometry.maps.map_report.map_report`.
 
-    Parameters
-    ----------
-    size_of : callable
-        Points ``(3, ...)`` mm to the size wanted ``(...)``, mm.
-    lower, upper : (3,) array_like, mm
-        Box around the part. Beyond it the map continues linearly.
-    spacing : float, mm
-        Longest step of the grid; each axis of the box gets a whole number of steps.
-    frame_of : callable, optional
-        Points ``(3, ...)`` to rotations ``(3, 3, ...)`` whose row i is the direction in which
-        coordinate i grows, such as principal directions of stress. By default the axes of the
-        box. Rotation-free iterations leave these frames: use 0 to hold them.
-    iterations : int
-        Rotation-free iterations; with 0 nothing is brought within tolerances either.
-    origin : (3,) sequence, mm, optional
-        A corner of a cell lies here; by default at ``lower``.
+    - ``size_of``: points ``(3, ...)`` mm to the size wanted ``(...)``, mm
+    - ``lower (3,)``, ``upper (3,)``, mm: box around the part. Beyond it the map continues linearly.
+    - ``spacing``, mm: longest step of the grid; each axis of the box gets a whole number of steps
+    - ``frame_of``: points ``(3, ...)`` to rotations ``(3, 3, ...)`` whose row i is the direction in
+      which coordinate i grows, such as principal directions of stress. By default the axes of the
+      box. Rotation-free iterations leave these frames: use 0 to hold them.
+    - ``iterations``: rotation-free iterations; with 0 nothing is brought within tolerances either
+    - ``origin (3,)``, mm: a corner of a cell lies here; by default at ``lower``
 
     Notes
     -----

@@ -201,15 +201,11 @@ def within_tolerance(
 
     Returns (3, nx, ny, nz) array.
 
-    Parameters
-    ----------
-    phases : (3, nx, ny, nz) array
-    rotation : (ex, ey, ez, 3, 3) array
-        Nearest to the scaled gradients.
-    size : (ex, ey, ez) array, mm
-    steps : (3,) array, mm
-    solve : callable
-        Load of the Poisson problem to node values.
+    - ``phases (3, nx, ny, nz)``
+    - ``rotation (ex, ey, ez, 3, 3)``: nearest to the scaled gradients
+    - ``size (ex, ey, ez)``, mm
+    - ``steps (3,)``, mm
+    - ``solve``: load of the Poisson problem to node values
 
     References
     ----------

@@ -26,24 +26,15 @@ def spherical_map(
 
     Raises CaseError if a size, an angle or a number of cells is impossible.
 
-    Parameters
-    ----------
-    around : int
-        Whole number of cells along the equator.
-    pole_to_pole : int
-        Whole number of cells along half a meridian; ``around / 2`` makes square cells at the
-        equator.
-    radial_size : float, mm
-        Edge of a cell along the radius.
-    inner_radius : float, mm
-        A shell of cells begins here, and nearer the centre the map is refused.
-    polar_cap : float, degrees
-        Angle from either pole within which the map is refused: the cells' width goes to zero
-        with the sine of it.
-    origin : (3,) sequence, mm
-        The centre.
-    axis : (3,) sequence
-        From the centre to the pole of angle 0.
+    - ``around``: whole number of cells along the equator
+    - ``pole_to_pole``: whole number of cells along half a meridian; ``around / 2`` makes square
+      cells at the equator
+    - ``radial_size``, mm: edge of a cell along the radius
+    - ``inner_radius``, mm: a shell of cells begins here, and nearer the centre the map is refused
+    - ``polar_cap``, degrees: angle from either pole within which the map is refused: the cells'
+      width goes to zero with the sine of it
+    - ``origin (3,)``, mm: the centre
+    - ``axis (3,)``: from the centre to the pole of angle 0
     """
     turn = whole_cells(around, "around the equator") / (2 * np.pi)
     rise = whole_cells(pole_to_pole, "from pole to pole") / np.pi

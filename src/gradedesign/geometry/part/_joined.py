@@ -48,16 +48,10 @@ def settle_touches(
 
     Raises PartError if bodies that touch cannot be joined.
 
-    Parameters
-    ----------
-    shells : Settled
-        As they are; outward, voids reversed, without common vertices.
-    owner : (s,) int array
-        Shell of the solid that each shell bounds.
-    bodies : {"one", "join", "all"}
-        With ``one`` those of different solids are left, and named.
-    margin : float, mm
-        Edges shorter than this are none.
+    - ``shells``: as they are; outward, voids reversed, without common vertices
+    - ``owner (s,)``: shell of the solid that each shell bounds
+    - ``bodies``: "one", "join" or "all" with ``one`` those of different solids are left, and named
+    - ``margin``, mm: edges shorter than this are none
     """
     if len(touches.area) == 0:
         return shells

@@ -50,15 +50,10 @@ def find_nesting(
 ) -> Nesting:
     """Compare every two shells whose boxes meet.
 
-    Parameters
-    ----------
-    vertices : (n, 3) array, mm
-    parts : sequence of (k, 3) int array
-        Facets of each closed shell.
-    volumes : (s,) array, mm^3
-        Signed.
-    margin : float, mm
-        Shells that reach less deep into each other only touch.
+    - ``vertices (n, 3)``, mm
+    - ``parts``, each ``(k, 3)``: facets of each closed shell
+    - ``volumes (s,)``, mm^3: signed
+    - ``margin``, mm: shells that reach less deep into each other only touch
     """
     count = len(parts)
     inside = np.zeros((count, count), dtype=bool)

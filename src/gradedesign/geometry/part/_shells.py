@@ -41,14 +41,10 @@ def settle_shells(
     Raises PartError if the surface does not close, has no volume, overlaps itself in a way that
     cannot be settled, or falls into several bodies where one is asked.
 
-    Parameters
-    ----------
-    vertices : (n, 3) array, mm
-    faces : (m, 3) int array
-        Consistently oriented.
-    bodies : {"one", "join", "all"}
-    margin : float, mm
-        Depth up to which facets only touch.
+    - ``vertices (n, 3)``, mm
+    - ``faces (m, 3)``: consistently oriented
+    - ``bodies``: "one", "join" or "all"
+    - ``margin``, mm: depth up to which facets only touch
     """
     single = unfolded_shells(vertices, faces, margin=margin, source=source)
     _require_volume(single.vertices, single.parts, source)

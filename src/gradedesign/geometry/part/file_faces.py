@@ -98,16 +98,11 @@ def carried(
     Repair welds, flips, splits and unites triangles but leaves them where they were: each takes
     the face of the file's triangle beneath its centroid.
 
-    Parameters
-    ----------
-    faces : FileFaces
-        Of ``corners``.
-    corners : (m, 3, 3) array, mm
-        Triangles as they were read.
-    surface : SurfaceMesh
-        The surface after repair.
-    tolerance : float, mm
-        Farther from any of them, as in a hole that was filled, a triangle has no face.
+    - ``faces``: of ``corners``
+    - ``corners (m, 3, 3)``, mm: triangles as they were read
+    - ``surface``: the surface after repair
+    - ``tolerance``, mm: farther from any of them, as in a hole that was filled, a triangle has no
+      face
     """
     a, b, c = np.moveaxis(corners, 1, 0)
     solid = np.flatnonzero(np.cross(b - a, c - a).any(axis=1))

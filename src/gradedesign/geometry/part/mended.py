@@ -98,15 +98,10 @@ def require_kept_bodies(
     Returns tuple of str: A remark where solids were joined. Raises PartError if solids were joined
     in silence.
 
-    Parameters
-    ----------
-    corners : (m, 3 corners, 3 coordinates) array, mm
-        Of the file.
-    left : int
-        Solids of the repairer's answer.
-    bodies : {"one", "join", "all"}
-    name, source : str
-        The repairer's and the file's, for messages.
+    - ``corners (m, 3 corners, 3 coordinates)``, mm: of the file
+    - ``left``: solids of the repairer's answer
+    - ``bodies``: "one", "join" or "all"
+    - ``name``, ``source``: the repairer's and the file's, for messages
     """
     try:
         read = build_surface(corners, bodies="all", source=source)[1]

@@ -84,18 +84,11 @@ def read_part(
     Raises CaseError if no reader takes the file, its unit is missing, or a region cannot be found.
     Raises PartError if the geometry is damaged beyond what ``repair`` allows.
 
-    Parameters
-    ----------
-    regions : mapping of str to RegionSpec
-        By name.
-    readers : mapping of str to callable
-        By lower-case suffix, such as ``".stl"``.
-    where : Where
-        Names file and line of a key of the case.
-    bodies : mapping of str to BodySpec
-        Bodies that the case names, by their keys, such as ``keep[0].body``.
-    mend : callable, optional
-        The repairer that ``[part] repair`` names, where it is a plugin's.
+    - ``regions``: by name
+    - ``readers``: by lower-case suffix, such as ``".stl"``
+    - ``where``: names file and line of a key of the case
+    - ``bodies``: bodies that the case names, by their keys, such as ``keep[0].body``
+    - ``mend``: the repairer that ``[part] repair`` names, where it is a plugin's
     """
     start = time.perf_counter()
     file_faces: FileFaces | None = None

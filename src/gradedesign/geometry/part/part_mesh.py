@@ -68,18 +68,11 @@ def mesh_part(
     fails, runs out of time or its mesh is refused. Raises ResourceError if the mesher needs more
     memory.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        Closed, outward oriented.
-    mesh_size : float, mm
-        Target edge length.
-    time_limit_s : float
-        For all attempts together, s.
-    memory_limit_bytes : int
-        Of the mesher's process.
-    cache : bool
-        Use and fill the user's cache.
+    - ``surface``: closed, outward oriented
+    - ``mesh_size``, mm: target edge length
+    - ``time_limit_s``: for all attempts together, s
+    - ``memory_limit_bytes``: of the mesher's process
+    - ``cache``: use and fill the user's cache
     """
     _require_size(mesh_size)
     diagonal = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
@@ -230,15 +223,10 @@ def check_region_area(
     the length of edges per area, times L (Crofton), which for equilateral facets of edge e are 4
     sqrt(3)/pi L/e facets. Four deviations of their sum are allowed. Raises `MeshError`.
 
-    Parameters
-    ----------
-    expected : float, mm^2
-    name : str
-        Used in the message.
-    rel : float
-        Largest relative difference.
-    cut_length : float, mm
-        Length of the region's border that no edge of the part follows.
+    - ``expected``, mm^2
+    - ``name``: used in the message
+    - ``rel``: largest relative difference
+    - ``cut_length``, mm: length of the region's border that no edge of the part follows
     """
     facet = region.area / max(len(region.facets), 1)
     edge = math.sqrt(4.0 / math.sqrt(3.0) * facet)  # of an equilateral triangle

@@ -90,15 +90,11 @@ def build_surface(
     Raises PartError if the triangles do not bound a solid. Raises CaseError if an option is
     unknown. Returns ``surface``: closed; solids outward, voids inward.
 
-    Parameters
-    ----------
-    corners : (m, 3 corners, 3 coordinates) array, mm
-    repair : {"safe", "auto"}
-        ``auto`` also closes small holes.
-    bodies : {"one", "join", "all"}
-        Whether several separate solids are accepted, or those that touch united.
-    source : str
-        Name for messages.
+    - ``corners (m, 3 corners, 3 coordinates)``, mm
+    - ``repair``: "safe" or "auto"; ``auto`` also closes small holes
+    - ``bodies``: "one", "join" or "all"; whether several separate solids are accepted, or those
+      that touch united
+    - ``source``: name for messages
     """
     _require_option("repair", repair, ("safe", "auto"))
     _require_option("bodies", bodies, BODIES)

@@ -89,24 +89,14 @@ def tetrahedralize(
     Raises MeshError if the surface is empty, open or inside out, all attempts fail, or time runs
     out. Raises ResourceError if the mesher needs more memory.
 
-    Parameters
-    ----------
-    surface : SurfaceMesh
-        Closed, outward oriented.
-    edge_length : float
-        Target, mm; no edge is longer than 4/3 of it.
-    epsilon : float
-        How far the mesh may lie from the surface, mm.
-    time_limit_s : float
-        For all attempts together, s.
-    memory_limit_bytes : int
-        Of the mesher's process.
-    volume_tolerance : float
-        Largest relative difference from the volume that the surface encloses.
-    cache : bool
-        Use and fill the user's cache.
-    mesher : Mesher
-        What runs in the process.
+    - ``surface``: closed, outward oriented
+    - ``edge_length``: target, mm; no edge is longer than 4/3 of it
+    - ``epsilon``: how far the mesh may lie from the surface, mm
+    - ``time_limit_s``: for all attempts together, s
+    - ``memory_limit_bytes``: of the mesher's process
+    - ``volume_tolerance``: largest relative difference from the volume that the surface encloses
+    - ``cache``: use and fill the user's cache
+    - ``mesher``: what runs in the process
     """
     clock = Deadline(time_limit_s)
     question = mesh_question(surface, edge_length, epsilon, volume_tolerance)

@@ -146,15 +146,10 @@ def cut_capped(
 
     Raises MeshError if the Boolean kernel refuses a surface, changes a cap, or nothing is left.
 
-    Parameters
-    ----------
-    vertices : (n, 3) array, mm
-    faces : (m, 3) int array
-        Closed, manifold, outward oriented; the last ones are the caps.
-    caps : int
-        Their number. They lie inside the second solid, away from its surface.
-    subject : str
-        Names the result in messages.
+    - ``vertices (n, 3)``, mm
+    - ``faces (m, 3)``: closed, manifold, outward oriented; the last ones are the caps
+    - ``caps``: their number. They lie inside the second solid, away from its surface.
+    - ``subject``: names the result in messages
     """
     from manifold3d import Manifold
 

@@ -28,14 +28,10 @@ def without_short_edges(
 
     Returns (k, 3) int32 array.
 
-    Parameters
-    ----------
-    vertices : (n, 3) array, mm
-    faces : (m, 3) int array
-        Closed and manifold.
-    shortest : float, mm
-    among : (n,) bool array, optional
-        Both ends of an edge that collapses are among these; all by default.
+    - ``vertices (n, 3)``, mm
+    - ``faces (m, 3)``: closed and manifold
+    - ``shortest``, mm
+    - ``among (n,)``: both ends of an edge that collapses are among these; all by default
     """
     # Of one type and permission: the kernels are compiled for each combination.
     vertices, faces = read_only(vertices), np.ascontiguousarray(faces, dtype=np.int32)

@@ -40,17 +40,12 @@ def exclusion_zone(
 ) -> ExclusionZone:
     """Measure the volume and stress that an exclusion radius leaves out.
 
-    Parameters
-    ----------
-    volumes : (M,) array, mm^3
-    von_mises : mapping of load case to (M, q) array, MPa
-        Each value stands for a q-th of the point's volume.
-    phase : (M,) int array
-        Index into `measures.PHASES`.
-    evaluated : (M,) bool array
-        Outside the zones.
-    percentile : float
-        Of the volume, per cent.
+    - ``volumes (M,)``, mm^3
+    - ``von_mises``: by load case, each ``(M, q)``, MPa; each value stands for a q-th of the point's
+      volume
+    - ``phase (M,)``: index into `measures.PHASES`
+    - ``evaluated (M,)``: outside the zones
+    - ``percentile``: of the volume, per cent
     """
     present = {name: phase == number for number, name in enumerate(PHASES)}
     present = {name: chosen for name, chosen in present.items() if chosen.any()}

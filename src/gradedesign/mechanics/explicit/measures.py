@@ -47,22 +47,14 @@ def stress_measures(
 ) -> tuple[StressMeasure, ...]:
     """Measure stress in every phase with volume inside the evaluation mask.
 
-    Parameters
-    ----------
-    points : (3, M) array, mm
-        Sample points.
-    volumes : (M,) array, mm^3
-    von_mises : (M, q) array, MPa
-        Each value stands for a q-th of the point's volume.
-    phase : (M,) int array
-        Index into `PHASES`.
-    evaluated : (M,) bool array
-        Outside the exclusion radius of clamped regions.
-    limit : float, MPa
-    percentile : float
-        Of the volume, per cent.
-    cells : CellMap or float, mm
-        Kind of neighbourhood: a cell of a map, or a cube of this edge.
+    - ``points (3, M)``, mm: sample points
+    - ``volumes (M,)``, mm^3
+    - ``von_mises (M, q)``, MPa: each value stands for a q-th of the point's volume
+    - ``phase (M,)``: index into `PHASES`
+    - ``evaluated (M,)``: outside the exclusion radius of clamped regions
+    - ``limit``, MPa
+    - ``percentile``: of the volume, per cent
+    - ``cells``, mm: kind of neighbourhood: a cell of a map, or a cube of this edge
     """
     measures = []
     for number, name in enumerate(PHASES):

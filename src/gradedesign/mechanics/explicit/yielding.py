@@ -30,15 +30,12 @@ def yielding(
 ) -> Yielding | None:
     """The load case with the largest stress above the yield strength; None where none has any.
 
-    Parameters
-    ----------
-    points : (3, M) array, mm
-    volumes : (M,) array, mm^3
-    von_mises : mapping of load case to (M, q) array, MPa
-        Each value stands for a q-th of the point's volume.
-    undisturbed : (M,) bool array
-        Points that no singularity of a support reaches.
-    strength : float, MPa
+    - ``points (3, M)``, mm
+    - ``volumes (M,)``, mm^3
+    - ``von_mises``: by load case, each ``(M, q)``, MPa; each value stands for a q-th of the point's
+      volume
+    - ``undisturbed (M,)``: points that no singularity of a support reaches
+    - ``strength``, MPa
     """
     worst: Yielding | None = None
     weight = volumes[undisturbed]

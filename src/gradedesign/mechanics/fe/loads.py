@@ -93,14 +93,10 @@ def resultant_load(
     bed, and its resultant force and moment are the given ones. Raises `SolverError` if the facets
     lie on a line, or have no area, and so cannot carry a moment. Returns ``(3, N)``, N.
 
-    Parameters
-    ----------
-    facets : (k, 3) int array
-        Vertex indices.
-    force : (3,) array, N
-    moment : (3,) array, N mm, or None
-    about : (3,) array, mm
-        The point that the moment refers to.
+    - ``facets (k, 3)``: vertex indices
+    - ``force (3,)``, N
+    - ``moment (3,)``, N mm, or None
+    - ``about (3,)``, mm: the point that the moment refers to
     """
     area = facet_areas(space, facets)
     wanted = np.asarray(force, dtype=np.float64)

@@ -83,16 +83,10 @@ def natural_modes(
 
     Raises `SolverError` if supports leave rigid motions free, or the iteration does not converge.
 
-    Parameters
-    ----------
-    fixed : (3, N) bool array
-        Held components.
-    masses : (M,) array, t
-        Of the tetrahedra.
-    rtol : float
-        See `lowest_modes`.
-    name : str
-        Of the load case that holds the part.
+    - ``fixed (3, N)``: held components
+    - ``masses (M,)``, t: of the tetrahedra
+    - ``rtol``: see `lowest_modes`
+    - ``name``: of the load case that holds the part
     """
     began = time.perf_counter()
     space = system.space
@@ -120,16 +114,10 @@ def buckling_modes(
     Raises `SolverError` if supports leave rigid motions free, nothing is compressed, or the
     iteration does not converge.
 
-    Parameters
-    ----------
-    fixed : (3, N) bool array
-        Held components.
-    stress : (3, 3, M, 4) array, MPa
-        Of the loads, at the Gauss points.
-    rtol : float
-        See `lowest_modes`.
-    name : str
-        Of the load case.
+    - ``fixed (3, N)``: held components
+    - ``stress (3, 3, M, 4)``, MPa: of the loads, at the Gauss points
+    - ``rtol``: see `lowest_modes`
+    - ``name``: of the load case
     """
     began = time.perf_counter()
     geometric = geometric_stiffness(system.space, stress)

@@ -45,15 +45,10 @@ def recovered_stress(
     docs/decisions/fe.md, "Stress of the solid part". Raises `SolverError` if stiffness or
     displacement belong to another space.
 
-    Parameters
-    ----------
-    space : TetSpace
-        Quadratic.
-    stiffness : Stiffness
-        The same on both sides of every facet: an average hides a jump.
-    displacement : (3, N) array, mm
-    thermal_strain : float, array or callable
-        As in `element_stress`.
+    - ``space``: quadratic
+    - ``stiffness``: the same on both sides of every facet: an average hides a jump
+    - ``displacement (3, N)``, mm
+    - ``thermal_strain``, array or callable: as in `element_stress`
     """
     corners = element_stress(
         space, stiffness, displacement, thermal_strain=thermal_strain, at="vertices"

@@ -53,14 +53,10 @@ def geometric_stiffness(
 ) -> GeometricStiffness:
     """Geometric stiffness of the stress of displacements.
 
-    Parameters
-    ----------
-    space : BrickSpace
-        Of order 2.
-    u : (N, 3) array, mm
-    lame : (float, float), MPa
-    thermal_strain : float
-        Free strain of the solid.
+    - ``space``: of order 2
+    - ``u (N, 3)``, mm
+    - ``lame``, MPa
+    - ``thermal_strain``: free strain of the solid
     """
     blocks = np.zeros((len(elements.position), 27, 27), np.float32)
     u = np.array(u)

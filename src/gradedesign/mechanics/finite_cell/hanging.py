@@ -139,18 +139,12 @@ def _free(
 ) -> FreeNodes:
     """Free nodes of elements of any order.
 
-    Parameters
-    ----------
-    own : (n, q) int32 array
-        Nodes of the elements.
-    nodes : (n, 27) int32 array
-        Those of quadratic elements, to find far nodes.
-    owner : (N,) int array
-        Large element that holds each node that hangs, -1 for others.
-    slots : (q, 3) int array
-        Places of the nodes in the element, in halves of its edges.
-    weights : (float, float, float)
-        Of the outer end, the middle and the far end of an edge for a node that hangs on it.
+    - ``own (n, q)``: nodes of the elements
+    - ``nodes (n, 27)``: those of quadratic elements, to find far nodes
+    - ``owner (N,)``: large element that holds each node that hangs, -1 for others
+    - ``slots (q, 3)``: places of the nodes in the element, in halves of its edges
+    - ``weights``: of the outer end, the middle and the far end of an edge for a node that hangs on
+      it
     """
     count = slots.shape[0]
     kind = np.zeros(len(own), np.int64)

@@ -51,22 +51,14 @@ def conjugate_gradients(
     and Tichý, Numer. Algorithms 88, 2021, p. 1337, choose it by other means). Returns Iterate:
     converged or not: the caller judges the residual.
 
-    Parameters
-    ----------
-    stiffness : Operator
-        In double precision.
-    keep : (N, 3) float32 array
-        1 for unknowns, 0 for the others.
-    right : (N, 3) array
-        Zero where nothing is kept.
-    precondition : callable
-        Sets its second argument to the correction for a residual.
-    rtol : float
-        Residual at which to stop, over the right-hand side.
-    energy : float
-        Error at which to stop, in the energy norm over that of the solution; 0 for the residual
-        alone.
-    start : (N, 3) array, optional
+    - ``stiffness``: in double precision
+    - ``keep (N, 3)``: 1 for unknowns, 0 for the others
+    - ``right (N, 3)``: zero where nothing is kept
+    - ``precondition``: sets its second argument to the correction for a residual
+    - ``rtol``: residual at which to stop, over the right-hand side
+    - ``energy``: error at which to stop, in the energy norm over that of the solution; 0 for the
+      residual alone
+    - ``start (N, 3)``
     """
     u = np.zeros_like(right) if start is None else start * keep
     size = _norm(right)

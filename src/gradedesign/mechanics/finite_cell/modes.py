@@ -69,15 +69,11 @@ def buckling_modes(
 
     Raises `SolverError` if nothing is compressed, or the iteration does not converge.
 
-    Parameters
-    ----------
-    stressed : ((N, 3) array, float), mm
-        Displacements of the load case, and the free strain of the solid in it.
-    lame : (float, float), MPa
-    similar : sequence of (N, 3) arrays
-        To start from.
-    name : str
-        Of the load case.
+    - ``stressed``: ((N, 3) array, float), mm; displacements of the load case, and the free strain
+      of the solid in it
+    - ``lame``, MPa
+    - ``similar``, each ``(N, 3)``: to start from
+    - ``name``: of the load case
     """
     began = time.perf_counter()
     geometric = geometric_stiffness(system.elements, system.space, stressed[0], lame, stressed[1])

@@ -41,17 +41,13 @@ def tree_hierarchy(
 ) -> Hierarchy:
     """Levels from linear bricks down to a factorised one.
 
-    Parameters
-    ----------
-    position : (n, 3) int32 array
-    nodes : (n, 8) int32 array
-    matrices : (n, 24, 24) float32 array
-    keep : (N, 3) float32 array
-        0 where a component is fixed.
-    slot : (n,) int array
-        Row of `weights` for every element.
-    weights : (k, 8, 8) float32 array
-        Functions of the corners of the next coarser element at the nodes of an element.
+    - ``position (n, 3)``
+    - ``nodes (n, 8)``
+    - ``matrices (n, 24, 24)``
+    - ``keep (N, 3)``: 0 where a component is fixed
+    - ``slot (n,)``: row of `weights` for every element
+    - ``weights (k, 8, 8)``: functions of the corners of the next coarser element at the nodes of an
+      element
     """
     levels = []
     while True:

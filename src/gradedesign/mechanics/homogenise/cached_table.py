@@ -48,16 +48,10 @@ def property_table(
 
     Raises `DensityError`, `LatticeError` or `SolverError` as `compute_table`.
 
-    Parameters
-    ----------
-    poissons_ratio : float
-        Of the base material.
-    resolution : int, optional
-        Voxels along the cell; by default what each density's wall needs.
-    edges : (3,) sequence
-        Of the cell, up to a factor.
-    on_row : callable, optional
-        As `compute_table`, where the table is computed.
+    - ``poissons_ratio``: of the base material
+    - ``resolution``: voxels along the cell; by default what each density's wall needs
+    - ``edges (3,)``: of the cell, up to a factor
+    - ``on_row``: as `compute_table`, where the table is computed
 
     Notes
     -----
@@ -153,20 +147,14 @@ def computed_law(
     if the law would not meet ``density``, `SolverError` if stiffness or strength do not grow with
     density. Returns ScalingLaw: of kind ``computed``, named ``<family>-computed``.
 
-    Parameters
-    ----------
-    poissons_ratio : float
-        Of the base material.
-    resolution : int, optional
-        Voxels along the cell, by default `on_demand_resolution`. The law's window begins where
-        three of them span the thinnest wall.
-    edges : (3,) sequence
-        Of the cell, up to a factor: a cell of unequal edges is stiffer along the longer ones.
-    density : (float, float), optional
-        Range of interest. The law need not cover all of it, but a range outside the law's is
-        refused before anything is computed.
-    on_row : callable, optional
-        As `compute_table`, where the law is computed.
+    - ``poissons_ratio``: of the base material
+    - ``resolution``: voxels along the cell, by default `on_demand_resolution`. The law's window
+      begins where three of them span the thinnest wall.
+    - ``edges (3,)``: of the cell, up to a factor: a cell of unequal edges is stiffer along the
+      longer ones
+    - ``density``: range of interest. The law need not cover all of it, but a range outside the
+      law's is refused before anything is computed.
+    - ``on_row``: as `compute_table`, where the law is computed
     """
     resolution = resolution or on_demand_resolution(cell, edges)
     if density is not None:

@@ -81,19 +81,12 @@ def cell_properties(
     three voxels; `LatticeError` or `SolverError` as `solve_periodic`; also if the result violates a
     bound or the declared symmetry.
 
-    Parameters
-    ----------
-    rho : float
-        Relative density.
-    poissons_ratio : float
-        Of the base material.
-    resolution : int, optional
-        Even; by default the first of `RESOLUTIONS` with three voxels across the thinnest wall, or
-        six across the thinnest strut; the last where none has six.
-    with_surface : bool
-        Fit a strength surface, which takes about as long as the analysis.
-    edges : (3,) sequence
-        Of the cell, up to a factor.
+    - ``rho``: relative density
+    - ``poissons_ratio``: of the base material
+    - ``resolution``: even; by default the first of `RESOLUTIONS` with three voxels across the
+      thinnest wall, or six across the thinnest strut; the last where none has six
+    - ``with_surface``: fit a strength surface, which takes about as long as the analysis
+    - ``edges (3,)``: of the cell, up to a factor
 
     Notes
     -----

@@ -120,20 +120,12 @@ def mix_factors(
     Raises `DensityError` if a mix exists at none of these densities, and `LatticeError` or
     `SolverError` as `cell_properties`.
 
-    Parameters
-    ----------
-    pair : (int, int)
-        Numbers of two that meet.
-    laws : (ScalingLaw, ScalingLaw)
-        Of these two.
-    bounds : (float, float)
-        Densities that may occur where they meet.
-    poissons_ratio : float
-        Of the base material.
-    edges : (3,) sequence
-        Of the cell, up to a factor.
-    on_mix : callable, optional
-        Hears of a mix and density that are computed, not found in the user's cache.
+    - ``pair``: numbers of two that meet
+    - ``laws``: of these two
+    - ``bounds``: densities that may occur where they meet
+    - ``poissons_ratio``: of the base material
+    - ``edges (3,)``: of the cell, up to a factor
+    - ``on_mix``: hears of a mix and density that are computed, not found in the user's cache
     """
     first, second = laws
     rows, mixes = [(0.0, *first.window, 1.0, 1.0)], []

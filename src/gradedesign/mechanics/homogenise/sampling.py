@@ -47,20 +47,13 @@ def cell_fill(
     cell does not exist at this density. Returns ``(N, N, N)``: solid volume fraction of each voxel;
     of the shape `voxel_counts` where edges differ.
 
-    Parameters
-    ----------
-    rho : float
-        Relative density.
-    resolution : int
-        Voxels along each edge of the cell, or of its period where that is longer.
-    subsamples : int
-        1 gives voxels that are solid or void by their centre.
-    edges : (3,) sequence
-        Of the cell, up to a factor: see `voxel_counts`.
-    share_ties : bool, optional
-        Count samples that lie at the level in part, so that the mean fill is ``rho``; by default
-        where voxels may be filled in part (``subsamples`` above 1). A strut cell has many such
-        samples: without, its mean fill is up to a tenth off.
+    - ``rho``: relative density
+    - ``resolution``: voxels along each edge of the cell, or of its period where that is longer
+    - ``subsamples``: 1 gives voxels that are solid or void by their centre
+    - ``edges (3,)``: of the cell, up to a factor: see `voxel_counts`
+    - ``share_ties``: count samples that lie at the level in part, so that the mean fill is ``rho``;
+      by default where voxels may be filled in part (``subsamples`` above 1). A strut cell has many
+      such samples: without, its mean fill is up to a tenth off.
     """
     if share_ties is None:
         share_ties = subsamples > 1

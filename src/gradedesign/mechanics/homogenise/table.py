@@ -57,16 +57,10 @@ def compute_table(
 
     Raises `DensityError`, `LatticeError` or `SolverError` as `cell_properties`.
 
-    Parameters
-    ----------
-    densities : sequence of float, optional
-        By default `table_densities`.
-    resolution : int, optional
-        Of all rows; by default each row has the resolution that its wall needs.
-    on_row : callable, optional
-        Called with each density's result, how many are done and how many there are.
-    edges : (3,) sequence
-        Of the cell, up to a factor.
+    - ``densities``: by default `table_densities`
+    - ``resolution``: of all rows; by default each row has the resolution that its wall needs
+    - ``on_row``: called with each density's result, how many are done and how many there are
+    - ``edges (3,)``: of the cell, up to a factor
     """
     finest = resolution or RESOLUTIONS[-1]
     if densities is None:

@@ -55,16 +55,10 @@ def wall_ratios(
     Raises `LatticeError` if the wall does not hang together, and `SolverError` if a solve does not
     converge, or the wall is no thicker than two voxels.
 
-    Parameters
-    ----------
-    rho : float
-        Relative density of the periodic lattice.
-    axis : int
-        Normal of the wall: 0, 1 or 2.
-    lower, upper : float
-        Its faces along the axis, in cells.
-    resolution : int
-        Voxels along a cell.
+    - ``rho``: relative density of the periodic lattice
+    - ``axis``: normal of the wall: 0, 1 or 2
+    - ``lower``, ``upper``: its faces along the axis, in cells
+    - ``resolution``: voxels along a cell
     """
     level = float(cell.level_of(rho))
     whole, periodic = _periodic(cell, level, axis, resolution, poissons_ratio)

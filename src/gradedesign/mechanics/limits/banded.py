@@ -109,18 +109,13 @@ def banded(
 
     Raises `CaseError` if two spacings do not differ by 5 %.
 
-    Parameters
-    ----------
-    values : sequence of (float, float)
-        Spacing in mm and value, coarse first; the last two count, and the one before them where
-        the three spacings are in one ratio and converge evenly.
-    orders : sequence of float or None
-        Orders with which the error may fall: the least and the most give the ends of the band, the
-        middle one the value (Richardson). None where errors of opposite sign meet and none can be
-        assumed.
-    residuals : sequence of Residual, optional
-        Of the tractions at every spacing. They give the band where three resolutions do not show an
-        order: then neither a range of orders is needed, nor values that rise.
+    - ``values``: spacing in mm and value, coarse first; the last two count, and the one before them
+      where the three spacings are in one ratio and converge evenly
+    - ``orders``: orders with which the error may fall: the least and the most give the ends of the
+      band, the middle one the value (Richardson). None where errors of opposite sign meet and none
+      can be assumed.
+    - ``residuals``: of the tractions at every spacing. They give the band where three resolutions
+      do not show an order: then neither a range of orders is needed, nor values that rise.
 
     Examples
     --------

@@ -45,16 +45,10 @@ def volume_percentile(
 ) -> VolumePercentile:
     """Percentile of the local stress over all solid of the lattice.
 
-    Parameters
-    ----------
-    local : (M,) array, MPa
-        Local stress of every tetrahedron that its law states.
-    density : (M,) array
-        Effective.
-    volumes : (M,) array, mm^3
-        Of lattice that is judged.
-    percentile : float
-        Of the volume, per cent.
+    - ``local (M,)``, MPa: local stress of every tetrahedron that its law states
+    - ``density (M,)``: effective
+    - ``volumes (M,)``, mm^3: of lattice that is judged
+    - ``percentile``: of the volume, per cent
     """
     used = np.flatnonzero((volumes > 0) & (local > 0))
     by_local, by_density, by_volume = np.zeros((3, local.size))

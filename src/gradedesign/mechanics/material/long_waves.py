@@ -43,15 +43,12 @@ def long_wave_use(
 
     Returns ``(n,)``: 1 where the lattice buckles; 0 where no load of this kind buckles it.
 
-    Parameters
-    ----------
-    stress : (6, n) array
-        Macroscopic Voigt stress in the cell's axes over the base material's Young's modulus.
-    rho : (n,) array
-        Beyond the law's window, which only trimmed cells leave, the stiffness is taken to change in
-        proportion to the solid.
-    negligible : float
-        Where the use is at most this, an upper bound that is at most this may stand for it.
+    - ``stress (6, n)``: macroscopic Voigt stress in the cell's axes over the base material's
+      Young's modulus
+    - ``rho (n,)``: beyond the law's window, which only trimmed cells leave, the stiffness is taken
+      to change in proportion to the solid
+    - ``negligible``: where the use is at most this, an upper bound that is at most this may stand
+      for it
     """
     inside = np.clip(rho, *law.window)
     use = _most(law, stress, inside)

@@ -62,10 +62,7 @@ class MaterialSpec(Table):
     def texts(self) -> tuple[str, str]:
         """Name and source of a stated material.
 
-        Raises
-        ------
-        CaseError
-            If the record that it is from is gone.
+        Raises `CaseError` if the record that it is from is gone.
         """
         if self.file is None:
             return "stated in the case", "stated in the case"

@@ -36,14 +36,8 @@ def with_record(
     Raises a problem at ``file`` for what is wrong with the record, and at a key that is stated
     beside it.
 
-    Parameters
-    ----------
-    table : str
-        Name of the table in the record.
-    layout : type of Table
-        Of its keys.
-    texts : tuple of str
-        Keys of the record alone, which the case has not.
+    ``table``: name of the table in the record. ``layout``: of its keys. ``texts``: keys of the
+    record alone, which the case has not.
     """
     if not isinstance(value, dict) or "file" not in value:
         return value
@@ -69,10 +63,7 @@ def with_record(
 def recorded(path: Path, table: str) -> Mapping[str, Any]:
     """A table of a record as TOML gives it.
 
-    Raises
-    ------
-    ValueError
-        If the file cannot be read, is no such record, or has no such table.
+    Raises `ValueError` if the file cannot be read, is no such record, or has no such table.
     """
     try:
         with path.open("rb") as stream:

@@ -67,16 +67,11 @@ def cone_filter(
     the volume of the part over the cube of the radius, not with the square of its tetrahedra.
     Returns DensityFilter: of M variables.
 
-    Parameters
-    ----------
-    points : (3, M) array, mm
-        Centroids.
-    volumes : (M,) array, mm^3
-    radius : float, mm
-        Where the kernel reaches zero.
-    at : (3, k) array, mm, optional
-        Points at which values are wanted; the centroids by default. One with no centroid within
-        the radius takes the value of the nearest.
+    - ``points (3, M)``, mm: centroids
+    - ``volumes (M,)``, mm^3
+    - ``radius``, mm: where the kernel reaches zero
+    - ``at (3, k)``, mm: points at which values are wanted; the centroids by default. One with no
+      centroid within the radius takes the value of the nearest.
 
     References
     ----------
@@ -107,13 +102,11 @@ def cone_mean(
 ) -> FloatArray:
     """The mean by the kernel of `cone_filter` about any points, ``(k,)``; 0 where none is near.
 
-    Parameters
-    ----------
-    points : (3, M) array, mm
-    volumes : (M,) array, mm^3
-    radius : float, mm
-    values : (M,) array
-    at : (3, k) array, mm
+    - ``points (3, M)``, mm
+    - ``volumes (M,)``, mm^3
+    - ``radius``, mm
+    - ``values (M,)``
+    - ``at (3, k)``, mm
     """
     tree, mean = cKDTree(points.T), np.zeros(at.shape[1])
     weighted = np.stack([volumes, volumes * values], axis=1)

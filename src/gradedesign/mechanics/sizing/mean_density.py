@@ -56,23 +56,16 @@ def size_by_mean_density(
 
     Returns SizingResult: its one variable is the mean density.
 
-    Parameters
-    ----------
-    problem : SizingProblem
-        Its filter and bounds are not looked at.
-    densities : callable
-        Mean density of the lattice to the densities ``(M,)`` of the design, none of which falls
-        where the mean grows.
-    bounds : (float, float)
-        Least and greatest mean.
-    start : float, optional
-        Mean density at which to look after the lower bound, such as that of an earlier iteration.
-    max_iterations : int
-        Analyses at most; when they run out the least density that is known to hold is returned,
-        else the last.
-    tolerance : float
-        The most used limit is used to between ``1 - tolerance`` and 1 of the target, unless the
-        lower bound holds or the upper one does not.
+    - ``problem``: its filter and bounds are not looked at
+    - ``densities``: mean density of the lattice to the densities ``(M,)`` of the design, none of
+      which falls where the mean grows
+    - ``bounds``: least and greatest mean
+    - ``start``: mean density at which to look after the lower bound, such as that of an earlier
+      iteration
+    - ``max_iterations``: analyses at most; when they run out the least density that is known to
+      hold is returned, else the last
+    - ``tolerance``: the most used limit is used to between ``1 - tolerance`` and 1 of the target,
+      unless the lower bound holds or the upper one does not
 
     Notes
     -----

@@ -102,22 +102,13 @@ def asymptotes_step(
 
     Returns ``x (n,)``: new variables; ``multipliers (k,)``.
 
-    Parameters
-    ----------
-    x : (n,) array
-        Present variables.
-    cost : (n,) array
-        Of the variables; their sum should be of order 1.
-    values : (k,) array
-        Of the constraints, of order 1 where they are broken.
-    gradients : (k, n) array
-        Their derivatives.
-    bounds : pair of (n,) arrays
-        Of the variables, the lower below the upper.
-    distance : (n,) array
-        That of `Asymptotes`.
-    move : float
-        Largest step of a variable's logarithm.
+    - ``x (n,)``: present variables
+    - ``cost (n,)``: of the variables; their sum should be of order 1
+    - ``values (k,)``: of the constraints, of order 1 where they are broken
+    - ``gradients (k, n)``: their derivatives
+    - ``bounds``: pair of (n,) arrays of the variables, the lower below the upper
+    - ``distance (n,)``: that of `Asymptotes`
+    - ``move``: largest step of a variable's logarithm
     """
     low, high = (np.log(end / x) for end in bounds)
     slopes = gradients * x

@@ -65,17 +65,12 @@ def through_load_factors(
     Returns ``by_displacement (3, N)``; ``by_design (P,)``: at fixed displacements, by every
     variable of the design.
 
-    Parameters
-    ----------
-    rho : (M,) array
-    lattice_alone : HomogenisedModel, optional
-        The model without its members, where their shares are variables.
-    displacement : (3, N) array, mm
-    modes : Modes
-        Of k load factors.
-    by_factor : (k,) array
-        Derivatives of the value by each of them: equal ones of equal factors, of which only their
-        sum has a derivative.
+    - ``rho (M,)``
+    - ``lattice_alone``: the model without its members, where their shares are variables
+    - ``displacement (3, N)``, mm
+    - ``modes``: of k load factors
+    - ``by_factor (k,)``: derivatives of the value by each of them: equal ones of equal factors, of
+      which only their sum has a derivative
 
     Notes
     -----

@@ -80,20 +80,14 @@ def size(
 ) -> SizingResult:
     """Minimise the mass of the lattice under its limits.
 
-    Parameters
-    ----------
-    start : (n,) array, optional
-        Design variables to begin from; the middle of the bounds by default.
-    max_iterations : int
-        Three times as many while a utilisation is above its aim, or all are well below it.
-    tolerance : float
-        Converged when no density changes by more, relative to the upper bound, or mass and
-        utilisations stand still, none farther above its aim; or when nothing moves at all.
-        Whether the limits hold is `SizingResult.feasible`.
-    move : float
-        Largest change of the logarithm of a variable per iteration; less of sharp members.
-    keep : float
-        Share of its start that every variable keeps at least.
+    - ``start (n,)``: design variables to begin from; the middle of the bounds by default
+    - ``max_iterations``: three times as many while a utilisation is above its aim, or all are well
+      below it
+    - ``tolerance``: converged when no density changes by more, relative to the upper bound, or mass
+      and utilisations stand still, none farther above its aim; or when nothing moves at all.
+      Whether the limits hold is `SizingResult.feasible`.
+    - ``move``: largest change of the logarithm of a variable per iteration; less of sharp members
+    - ``keep``: share of its start that every variable keeps at least
 
     Notes
     -----

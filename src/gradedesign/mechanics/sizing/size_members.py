@@ -70,21 +70,13 @@ def size_members(
 
     Returns SizingResult: with the members' field of the bodies, and the history of all stages.
 
-    Parameters
-    ----------
-    problem : SizingProblem
-        Without members.
-    thickness : float, mm
-        Of the thinnest member.
-    start : (n,) array, optional
-        Variables of an earlier design, with which only the last stage is repeated.
-    sized : callable
-        ``sized(problem, start, most iterations)``.
-    bodied : callable or None
-        The homogenised part with the bodies of a field of members; None: rough shares are the
-        result.
-    on_step : callable, optional
-        Receives the analyses of bodies; those of ``sized`` it receives there.
+    - ``problem``: without members
+    - ``thickness``, mm: of the thinnest member
+    - ``start (n,)``: variables of an earlier design, with which only the last stage is repeated
+    - ``sized``: ``sized(problem, start, most iterations)``
+    - ``bodied``: the homogenised part with the bodies of a field of members; None: rough shares are
+      the result
+    - ``on_step``: receives the analyses of bodies; those of ``sized`` it receives there
     """
     problem = replace(problem, model=with_moments(problem.model))
     part, radius = problem.model, _RADIUS * thickness

@@ -36,14 +36,10 @@ def through_local_stress(
 
     Returns ``by_displacement (3, N)``; ``by_density (M,)``: at fixed displacements.
 
-    Parameters
-    ----------
-    rho : (M,) array
-    displacement : (3, N) array, mm
-    stress : LatticeStress
-        Of that load case.
-    by_local : (M,) array
-        Derivatives of the value by the local stress of every tetrahedron.
+    - ``rho (M,)``
+    - ``displacement (3, N)``, mm
+    - ``stress``: of that load case
+    - ``by_local (M,)``: derivatives of the value by the local stress of every tetrahedron
     """
     effective = effective_density(model, rho)
     inside = effective

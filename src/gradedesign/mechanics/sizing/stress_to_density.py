@@ -55,20 +55,14 @@ def size_by_stress(
     Raises `DensityError` if the law has no strength, or the solid part no stress where lattice is.
     Returns SizingResult: its one variable is the factor.
 
-    Parameters
-    ----------
-    problem : SizingProblem
-        With a filter of a variable for each density, which averages them over the cells nearby.
-    solid : sequence of Solution
-        Of the fully solid part, in every load case.
-    allowed : float, optional, MPa
-        Stress that the solid material may have, to which a factor of 1 belongs; by default that of
-        the most stressed point at its greatest density.
-    start : float, optional
-        Factor to look at first, such as that of an earlier iteration; by default the one with which
-        the law's densities use the stress up to the target.
-    max_iterations : int
-        Analyses at most.
+    - ``problem``: with a filter of a variable for each density, which averages them over the cells
+      nearby
+    - ``solid``: of the fully solid part, in every load case
+    - ``allowed``, MPa: stress that the solid material may have, to which a factor of 1 belongs; by
+      default that of the most stressed point at its greatest density
+    - ``start``: factor to look at first, such as that of an earlier iteration; by default the one
+      with which the law's densities use the stress up to the target
+    - ``max_iterations``: analyses at most
     """
     model = problem.model
     weights = model.lattice_volumes / model.lattice_volumes.sum()

@@ -39,16 +39,10 @@ def coarsen(
     Vanek, Mandel and Brezina (1996), eq. 17 with block-Jacobi smoothing and damping
     4 / (3 largest eigenvalue).
 
-    Parameters
-    ----------
-    keep : (n,) array
-        0 on fixed unknowns, 1 elsewhere.
-    inverse : (n / b, b, b) array
-        Inverted diagonal blocks, zero where fixed.
-    largest : float
-        Largest eigenvalue of the inverted diagonal times the matrix.
-    candidates : (n, 6) array
-        Rigid modes, zero where fixed.
+    - ``keep (n,)``: 0 on fixed unknowns, 1 elsewhere
+    - ``inverse (n / b, b, b)``: inverted diagonal blocks, zero where fixed
+    - ``largest``: largest eigenvalue of the inverted diagonal times the matrix
+    - ``candidates (n, 6)``: rigid modes, zero where fixed
 
     Returns
     -------

@@ -44,20 +44,12 @@ def conjugate_gradients(
     that is symmetric to single precision only. Returns Iterate: converged or not: the caller judges
     the residual.
 
-    Parameters
-    ----------
-    keep : (n,) array
-        1 for unknowns to solve for, 0 for fixed ones.
-    right : (k, n) array
-        Zero where `keep` is.
-    precondition : callable
-        Residuals ``(k, n)`` to corrections.
-    rtol : float
-        Residual at which to stop, over the right-hand side.
-    max_iterations : int
-        Of each right-hand side.
-    start : (k, n) array, optional
-        First guess, zero where `keep` is.
+    - ``keep (n,)``: 1 for unknowns to solve for, 0 for fixed ones
+    - ``right (k, n)``: zero where `keep` is
+    - ``precondition``: residuals ``(k, n)`` to corrections
+    - ``rtol``: residual at which to stop, over the right-hand side
+    - ``max_iterations``: of each right-hand side
+    - ``start (k, n)``: first guess, zero where `keep` is
     """
     x = np.zeros_like(right) if start is None else start.copy()
     size = norms(right)

@@ -25,16 +25,11 @@ def galerkin_start(
     of the square of the change (P. F. Fischer, Comput. Methods Appl. Mech. Eng. 163, 1998, p. 193).
     Returns ``(k, n)``: zero where not free.
 
-    Parameters
-    ----------
-    matrix : (n, n) bsr_matrix
-        Without supports.
-    free : (n,) bool array
-        Unknowns to solve for.
-    right : (k, n) array
-        Right-hand sides, zero where not free.
-    earlier : sequence of (3, n / 3) arrays
-        Such as the displacements of the designs before. None at all starts from zero.
+    - ``matrix``: (n, n) bsr_matrix; without supports
+    - ``free (n,)``: unknowns to solve for
+    - ``right (k, n)``: right-hand sides, zero where not free
+    - ``earlier``, each ``(3, n / 3)``: such as the displacements of the designs before. None at all
+      starts from zero.
     """
     basis = _unit_vectors(free, earlier)
     if not len(basis):

@@ -58,15 +58,10 @@ def build_sweeps(
 ) -> Sweeps:
     """Renumber and split a symmetric matrix.
 
-    Parameters
-    ----------
-    matrix : bsr_matrix
-        3 by 3 blocks, symmetric.
-    keep : (3 n,) array
-        0 on fixed unknowns, 1 elsewhere.
-    nodes : (3, n) array, mm
-    piece : int
-        Largest number of nodes of a piece.
+    - ``matrix``: 3 by 3 blocks, symmetric
+    - ``keep (3 n,)``: 0 on fixed unknowns, 1 elsewhere
+    - ``nodes (3, n)``, mm
+    - ``piece``: largest number of nodes of a piece
     """
     order = along_curve(nodes)
     count = max(1, -(-order.size // piece))

@@ -31,16 +31,10 @@ def serve_page(
 
     Raises CaseError if the port is taken.
 
-    Parameters
-    ----------
-    make : callable
-        Reads anew what is shown.
-    port : int
-        0: any that is free.
-    watch : bool
-        Whether the page loads itself again when a file changes.
-    on_start : callable
-        Receives the address.
+    - ``make``: reads anew what is shown
+    - ``port``: 0: any that is free
+    - ``watch``: whether the page loads itself again when a file changes
+    - ``on_start``: receives the address
     """
     try:
         server = _PageServer(make, port, watch=watch)

@@ -43,16 +43,10 @@ def analysed_models(
 ) -> Iterator[AnalysedModel]:
     """Every model that was analysed and that tetrahedra carry, one at a time.
 
-    Parameters
-    ----------
-    rho : (M,) array, optional
-        Design.
-    members : MemberField, optional
-        Of its solid members.
-    correction : Correction
-        Of the homogenised model.
-    printed : Shown, optional
-        The printed lattice.
+    - ``rho (M,)``: design
+    - ``members``: of its solid members
+    - ``correction``: of the homogenised model
+    - ``printed``: the printed lattice
     """
     name = model.plan.case.name
     yield _solid(name, model.homogenised, model.facets, model.solutions)

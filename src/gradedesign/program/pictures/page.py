@@ -97,16 +97,11 @@ def scene_page(
 ) -> str:
     """A page of its own for a scene.
 
-    Parameters
-    ----------
-    data : mapping
-        Title and layers, see `case_scene` and `run_scene`; without ``part`` there is no scene.
-    still : bytes, optional
-        PNG that stands for it where it cannot be drawn.
-    words : sequence of str
-        Lines below the title.
-    problem : Problem, optional
-        What is wrong, before the scene.
+    - ``data``: title and layers, see `case_scene` and `run_scene`; without ``part`` there is no
+      scene
+    - ``still``: PNG that stands for it where it cannot be drawn
+    - ``words``: lines below the title
+    - ``problem``: what is wrong, before the scene
     """
     scene = scene_html(data, still)
     title = escape(str(data["title"]))

@@ -78,16 +78,10 @@ def picture_loads(
 
     Returns tuple of str: warnings; a picture never fails a run.
 
-    Parameters
-    ----------
-    path : Path
-        PNG.
-    regions : sequence of RegionMark
-        Supports hatched. The legend names the roles that occur.
-    actions : sequence of ActionMark
-        Arrows as long as they are large, within a kind.
-    title, note : str
-        The note stands below the picture.
+    - ``path``: PNG
+    - ``regions``: supports hatched. The legend names the roles that occur.
+    - ``actions``: arrows as long as they are large, within a kind
+    - ``title``, ``note``: the note stands below the picture
     """
     return _draw(path, _loads_scene(surface, regions, actions, title, note))
 

@@ -201,16 +201,10 @@ def open_run_folder(path: Path, case_hash: str, *, resume: bool, overwrite: bool
     Raises CaseError if the folder cannot be written in, belongs to another case, is in use, or
     holds anything and neither ``resume`` nor ``overwrite`` was asked for.
 
-    Parameters
-    ----------
-    path : Path
-        New, empty, or the folder of an earlier run.
-    case_hash : str
-        Identifies the case and its part.
-    resume : bool
-        Go on with the stages of an earlier run of the same case.
-    overwrite : bool
-        Discard an earlier run: the files that its manifest names, and its stages.
+    - ``path``: new, empty, or the folder of an earlier run
+    - ``case_hash``: identifies the case and its part
+    - ``resume``: go on with the stages of an earlier run of the same case
+    - ``overwrite``: discard an earlier run: the files that its manifest names, and its stages
     """
     if resume and overwrite:
         raise CaseError("resume and overwrite exclude each other; choose one")
