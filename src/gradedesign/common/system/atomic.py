@@ -74,12 +74,8 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
     Raises `CaseError` if the folder is missing or may not be written in, and `ResourceError` if the
     disk is full.
 
-    ``path``: the target; an existing file stays as it is until the new one replaces it.
-
-    Yields
-    ------
-    binary file
-        Open for reading and writing, so that a checksum can be taken before closing.
+    ``path``: the target; an existing file stays as it is until the new one replaces it. Yields
+    binary file: open for reading and writing, so that a checksum can be taken before closing.
     """
     unfinished = path.with_name(f".{path.name}.{secrets.token_hex(8)}.unfinished")
     try:

@@ -72,11 +72,8 @@ def load_case(
 ) -> Case:
     """Read and check a case file; as `gradedesign.load_case`, for keys of plugins that are given.
 
-    Raises
-    ------
-    CaseError
-        With a summary and one line per problem: file, line, key, what was found, what would be
-        right.
+    Raises `CaseError` with a summary and one line per problem: file, line, key, what was found,
+    what would be right.
     """
     content, file, lines = _read_tables(
         path, allow_outside=allow_outside, brought=brought, values=values

@@ -41,27 +41,11 @@ def calibrate(
 ) -> Cell:
     """Sample one period of a cell and tabulate the quantiles of its shape function.
 
-    Parameters
-    ----------
-    parameters : mapping of str to float, optional
-        Override the family's defaults.
-    resolution : int
-        Cube root of the number of samples.
-
-    Returns
-    -------
-    Cell
-        Kept for the process: the same arguments return the same object.
-
-    Raises
-    ------
-    CaseError
-        For an unknown parameter.
-    PluginError
-        If the shape function breaks its contract, does not repeat after its period, or is constant
-        over a part of the cell.
-    DensityError
-        If at no density the solid is one connected piece with an open void.
+    ``parameters``: override the family's defaults. ``resolution``: cube root of the number of
+    samples. Returns Cell: kept for the process: the same arguments return the same object. Raises
+    `CaseError` for an unknown parameter. Raises `PluginError` if the shape function breaks its
+    contract, does not repeat after its period, or is constant over a part of the cell. Raises
+    `DensityError` if at no density the solid is one connected piece with an open void.
 
     Notes
     -----

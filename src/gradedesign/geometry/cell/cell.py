@@ -21,24 +21,15 @@ class Cell(ShownRecord):
     """A family with its parameters, and the monotone relation of its level and density.
 
     Made by `calibration.calibrate`, once for a process.
-
-    Attributes
-    ----------
-    parameters : mapping of str to float
-        Complete.
-    density, level : (k,) arrays
-        The table, increasing, over densities 0 to 1.
-    window : (float, float)
-        Densities between which solid and void percolate, see `percolation`.
-    neck : (float, float, float)
-        Point in cell units, of the first period, where the last connection of the solid forms.
     """
 
     family: CellFamily
-    parameters: Mapping[str, float]
-    density: FloatArray
-    level: FloatArray
+    parameters: Mapping[str, float]  #: Complete.
+    density: FloatArray  #: ``(k,)``. The table, increasing, over densities 0 to 1.
+    level: FloatArray  #: ``(k,)``. The table, increasing, over densities 0 to 1.
+    #: Densities between which solid and void percolate, see `percolation`.
     window: tuple[float, float]
+    #: Point in cell units, of the first period, where the last connection of the solid forms.
     neck: tuple[float, float, float]
 
     def __post_init__(self) -> None:
@@ -54,10 +45,7 @@ class Cell(ShownRecord):
     def axes(self) -> StrutAxes | None:
         """Axes of the round struts; None if the cell does not consist of round struts.
 
-        Raises
-        ------
-        PluginError
-            If the family fails to give them.
+        Raises `PluginError` if the family fails to give them.
         """
         if self.family.struts is None:
             return None
@@ -67,10 +55,7 @@ class Cell(ShownRecord):
     def level_of(self, rho: FloatArray | float) -> FloatArray:
         """Level ``t`` at which the cell ``g <= t`` has relative density ``rho``, ``(...)``.
 
-        Raises
-        ------
-        DensityError
-            If a density is outside the window.
+        Raises `DensityError` if a density is outside the window.
         """
         values = np.asarray(rho, dtype=np.float64)
         a, b = self.window

@@ -34,20 +34,11 @@ def evaluate_shape(
 ) -> FloatArray:
     """Values of the shape function, checked.
 
-    Returns (...) array.
+    Returns ``(...)``. Raises `GradeDesignError`: raised by the function on purpose, such as a
+    `CaseError` for a parameter out of range. Raises `PluginError` if the function raises anything
+    else, returns another shape, or values that are not finite.
 
-    Parameters
-    ----------
-    parameters : mapping of str to float
-        Complete, see `complete_parameters`.
-    u : (3, ...) array, cell units
-
-    Raises
-    ------
-    GradeDesignError
-        Raised by the function on purpose, such as a `CaseError` for a parameter out of range.
-    PluginError
-        If the function raises anything else, returns another shape, or values that are not finite.
+    ``parameters``: complete, see `complete_parameters`. ``u (3, ...)``, cell units.
     """
     where = f"cell '{family.name}'" + (f" with {dict(parameters)}" if parameters else "")
     with blaming(where):

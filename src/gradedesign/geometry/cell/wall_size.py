@@ -66,11 +66,7 @@ def wall_mm(
     Returns (...) array, mm: non-decreasing in ``rho``. Raises DensityError if a density is outside
     the cell's window.
 
-    Parameters
-    ----------
-    rho : (...) array
-        Relative density.
-    cell_size : (...) array, mm
+    ``rho (...)``: relative density. ``cell_size (...)``, mm.
     """
     size = np.asarray(cell_size, dtype=np.float64)
     level = cell.level_of(rho)

@@ -121,16 +121,8 @@ def largest_components(
     Raises LatticeError if the mesh is empty, or more than ``max_share`` would be dropped.
 
     ``keep``: number of pieces to keep, by volume; the number of bodies of the part. ``max_share``:
-    largest share of the volume that may be dropped.
-
-    Returns
-    -------
-    mesh : TetMesh
-        Without the points that nothing uses.
-    dropped : int
-        Number of pieces removed.
-    share : float
-        Their share of the volume.
+    largest share of the volume that may be dropped. Returns ``mesh``: without the points that
+    nothing uses; ``dropped``: number of pieces removed; ``share``: their share of the volume.
     """
     if mesh.tets.shape[1] == 0:
         raise LatticeError("the mesh holds no tetrahedra; use a finer grid")

@@ -31,18 +31,10 @@ class CoarseContourError(LatticeError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Resolution:
-    """How well a surface holds the volume of a lattice.
+    """How well a surface holds the volume of a lattice."""
 
-    Attributes
-    ----------
-    within : float
-        Most that the volume of a cell may be off by estimate, relative to its solid.
-    memory : float, bytes
-        That the surface may take.
-    """
-
-    within: float
-    memory: float
+    within: float  #: Most that the volume of a cell may be off by estimate, relative to its solid.
+    memory: float  #: bytes. That the surface may take.
 
 
 def require_volume(error: float, asked: Resolution | None, step: float) -> None:

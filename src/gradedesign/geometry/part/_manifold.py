@@ -27,16 +27,9 @@ def manifold_shells(
     Raises PartError if facets do not run along an edge as often one way as the other.
 
     ``vertices (n, 3)``, mm. ``faces (m, 3)``: consistently oriented. ``tolerance``, mm: within
-    which facets coincide.
-
-    Returns
-    -------
-    vertices : (k, 3) array, mm
-        The same where each has one fan of facets; else one for each fan.
-    faces : (m, 3) int array
-        In the same order.
-    shell : (m,) int array
-        Number of the shell of each facet; each closes by itself.
+    which facets coincide. Returns ``vertices (k, 3)``, mm: the same where each has one fan of
+    facets; else one for each fan; ``faces (m, 3)``: in the same order; ``shell (m,)``: number of
+    the shell of each facet; each closes by itself.
     """
     edges = face_edges(faces)
     label = shell_labels(edges, len(faces))

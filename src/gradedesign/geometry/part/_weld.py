@@ -65,14 +65,9 @@ def weld(corners: FloatArray, tolerance: float, source: str) -> tuple[FloatArray
 
     Raises PartError if nearly all corners lie within the tolerance of each other.
 
-    ``corners (m, 3, 3)``, mm. ``tolerance``, mm. ``source``: name for messages.
-
-    Returns
-    -------
-    vertices : (n, 3) array, mm
-    faces : (m, 3) int array
-    moved : int
-        Distinct points that were joined to another one.
+    ``corners (m, 3, 3)``, mm. ``tolerance``, mm. ``source``: name for messages. Returns
+    ``vertices (n, 3)``, mm; ``faces (m, 3)``; ``moved``: distinct points that were joined to
+    another one.
     """
     points, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     tree = cKDTree(points)

@@ -82,16 +82,10 @@ def locate(
     is wrong.
 
     ``points (3, n)``, mm. ``locator``: of the same mesh, from :func:`build_locator`, where it is
-    asked more than once.
-
-    Returns
-    -------
-    tets : (n,) int array
-        The lowest number where a point lies on a shared facet.
-    barycentric : (4, n) array
-        Coordinates that sum to 1; of a point outside, those of the nearest point of the mesh.
-    distance : (n,) array, mm
-        0 inside, distance to the mesh outside: refuse what is farther than makes sense.
+    asked more than once. Returns ``tets (n,)``: the lowest number where a point lies on a shared
+    facet; ``barycentric (4, n)``: coordinates that sum to 1; of a point outside, those of the
+    nearest point of the mesh; ``distance (n,)``, mm: 0 inside, distance to the mesh outside: refuse
+    what is farther than makes sense.
     """
     queries = np.array(points, dtype=np.float64, order="C")
     if queries.ndim != 2 or len(queries) != 3:

@@ -18,19 +18,9 @@ def intersection(
 ) -> SurfaceMesh:
     """Closed surface of the volume that both enclose.
 
-    Parameters
-    ----------
-    first, second : SurfaceMesh
-        Closed, manifold, outward oriented.
-    subject : str
-        Names the result in messages.
-    shortest : float, mm
-        Edges shorter than this are collapsed where the surface hardly moves.
-
-    Raises
-    ------
-    MeshError
-        If the Boolean kernel refuses a surface, or nothing is left.
+    ``first``, ``second``: closed, manifold, outward oriented. ``subject``: names the result in
+    messages. ``shortest``, mm: edges shorter than this are collapsed where the surface hardly
+    moves. Raises `MeshError` if the Boolean kernel refuses a surface, or nothing is left.
     """
     # The kernel holds the interpreter's lock in each of its calls.
     report_step("reading the surfaces", blocking=True)
@@ -47,17 +37,8 @@ def intersection(
 def difference(first: SurfaceMesh, second: SurfaceMesh, *, subject: str) -> SurfaceMesh:
     """Closed surface of the volume that the first encloses and the second does not.
 
-    Parameters
-    ----------
-    first, second : SurfaceMesh
-        Closed, manifold, outward oriented.
-    subject : str
-        Names the result in messages.
-
-    Raises
-    ------
-    MeshError
-        If the Boolean kernel refuses a surface, or nothing is left.
+    ``first``, ``second``: closed, manifold, outward oriented. ``subject``: names the result in
+    messages. Raises `MeshError` if the Boolean kernel refuses a surface, or nothing is left.
     """
     report_step("reading the surfaces", blocking=True)
     solids = _manifold(first, subject), _manifold(second, subject)

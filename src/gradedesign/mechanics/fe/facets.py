@@ -48,16 +48,10 @@ def facet_owners(space: TetSpace, facets: ArrayLike) -> tuple[IntArray, IntArray
 
     Raises `SolverError` if there is no facet, or one is no face of any tetrahedron.
 
-    ``facets (k, 3)``: vertex indices, in any order.
-
-    Returns
-    -------
-    owners : (k,) int array
-        One tetrahedron that has the facet; the first one for a facet inside the mesh.
-    sides : (k,) int array
-        The local vertex opposite the facet, 0 to 3.
-    sharing : (k,) int array
-        How many tetrahedra have the facet: 1 on the boundary, 2 inside.
+    ``facets (k, 3)``: vertex indices, in any order. Returns ``owners (k,)``: one tetrahedron that
+    has the facet; the first one for a facet inside the mesh; ``sides (k,)``: the local vertex
+    opposite the facet, 0 to 3; ``sharing (k,)``: how many tetrahedra have the facet: 1 on the
+    boundary, 2 inside.
     """
     sought = _checked_facets(space, facets)
     used, compact = np.unique(sought, return_inverse=True)

@@ -28,15 +28,8 @@ def classify(
     """Sample the field layer by layer, where only some bricks are wanted only around those.
 
     A `LipschitzField` is sampled around the bricks that its surface may cut, with the same result.
-
-    Returns
-    -------
-    solid : (Z, Y, X) bool array
-        At every corner of a sub-cell.
-    whole, cut : (k, 3) int32 array
-        Places of elements.
-    samples : (k, s+1, s+1, s+1) array
-        Of cut elements, [element, z, y, x].
+    Returns ``solid (Z, Y, X)``: at every corner of a sub-cell; ``whole (k, 3)``, ``cut (k, 3)``:
+    places of elements; ``samples (k, s+1, s+1, s+1)``: of cut elements, [element, z, y, x].
     """
     x, y, z = (
         grid.lower[d] + np.arange(grid.shape[d] * subcells + 1) * (grid.edges[d] / subcells)

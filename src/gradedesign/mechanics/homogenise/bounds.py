@@ -50,12 +50,7 @@ def hashin_shtrikman_upper(rho: float, poissons_ratio: float) -> tuple[float, fl
 def check_bounds(stiffness: FloatArray, rho: float, poissons_ratio: float) -> list[BoundCheck]:
     """Compare a stiffness with the bounds of a solid with voids.
 
-    Parameters
-    ----------
-    stiffness : (6, 6) array
-        Over the base material's Young's modulus.
-    rho : float
-        Relative density.
+    ``stiffness (6, 6)``: over the base material's Young's modulus. ``rho``: relative density.
 
     Returns
     -------

@@ -149,14 +149,8 @@ class LocalStressLaw:
         """Share of a cell's solid where the local stress exceeds a multiple of its percentile.
 
         ``stress_share (n,)``: the multiple; 1 gives the share above the percentile itself.
-        ``rho (n,)``: inside the law's range.
-
-        Returns
-        -------
-        share : (n,) array
-        by_stress : (n,) array
-            Derivative by the logarithm of the multiple.
-        by_rho : (n,) array
+        ``rho (n,)``: inside the law's range. Returns ``share (n,)``; ``by_stress (n,)``: derivative
+        by the logarithm of the multiple; ``by_rho (n,)``.
 
         Notes
         -----

@@ -20,14 +20,8 @@ def cubic_derivatives(
     """Every curve at its own place, and how it changes.
 
     ``knots (k,)``: increasing, two or more. ``values (k, n)``: of n curves. ``x (n,)``: between the
-    first knot and the last.
-
-    Returns
-    -------
-    value : (n,) array
-    by_place : (n,) array
-    by_value : (k, n) array
-        Derivatives by the values at the knots.
+    first knot and the last. Returns ``value (n,)``; ``by_place (n,)``; ``by_value (k, n)``:
+    derivatives by the values at the knots.
     """
     h = np.diff(knots)
     every = np.arange(x.size)

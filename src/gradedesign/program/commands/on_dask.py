@@ -41,12 +41,8 @@ def on_dask(
 
     ``function``: at the top of a module, which the workers import: plugins must be installed there.
     ``tasks``: arguments, plain data. ``text``: name of the computation, for the lines of progress.
-    Raises `CaseError` if dask is not installed, or no cluster answers at the address.
-
-    Yields
-    ------
-    future : distributed.Future
-        Ended: ``result()`` returns or raises what the function did.
+    Raises `CaseError` if dask is not installed, or no cluster answers at the address. Yields
+    futures that have ended: ``result()`` returns or raises what the function did.
     """
     if not has_dask():
         raise CaseError(

@@ -25,14 +25,8 @@ def without_octant(
     Raises MeshError if the Boolean kernel refuses the surface.
 
     ``surface``: closed. ``towards_viewer (3,)``: signs of the octant. ``subject``: names the
-    surface in messages.
-
-    Returns
-    -------
-    vertices : (n, 3) array, mm
-    faces : (m, 3) int array
-    capped : bool
-        Whether the sections are closed; those of more than `CAPPED` triangles are not.
+    surface in messages. Returns ``vertices (n, 3)``, mm; ``faces (m, 3)``; ``capped``: whether the
+    sections are closed; those of more than `CAPPED` triangles are not.
     """
     middle = np.median(surface.vertices, axis=0)
     if len(surface.faces) <= CAPPED:
