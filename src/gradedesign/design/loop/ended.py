@@ -67,8 +67,7 @@ def why_ended(
 ) -> Ended | None:
     """Reason to end the loop before another iteration, or None.
 
-    ``iterations``: finished so far. ``factors``: mapping of (name, load case) to float; factors of
-    acceptance. ``acceptance_s``, s: that an acceptance after the iteration is expected to take.
+    ``iterations``: finished so far. ``factors``: of acceptance. ``acceptance_s``, s: that an acceptance after the iteration is expected to take.
     """
     if not iterations:
         return None

@@ -48,7 +48,7 @@ class Iteration:
     stiffness_factor: float
     sizing_iterations: int
     sizing_converged: bool
-    #: Mapping of stage to seconds. ``sizing``, ``explicit mesh``, ``explicit solve``; the rest of
+    #: By stage, s. ``sizing``, ``explicit mesh``, ``explicit solve``; the rest of
     #: ``seconds`` is learning.
     timing_s: Mapping[str, float] = field(default_factory=dict)
 

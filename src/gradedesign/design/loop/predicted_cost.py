@@ -160,7 +160,7 @@ def learned_speed(
 
     - ``work``: with the unknowns that the iteration really had
     - ``iterations``: of its sizing
-    - ``seconds``: mapping of stage to seconds; ``sizing``, ``explicit mesh``, ``explicit solve``; a
+    - ``seconds``: by stage, ``sizing``, ``explicit mesh``, ``explicit solve``; a
       stage that is missing teaches nothing
     - ``speed``: for the other stages
     """

@@ -114,7 +114,7 @@ def density_gain(
     """Share of a value that densities at the better of their bounds would take away.
 
     ``slope (M,)``: derivative of the value, or of its utilisation, by every density, over itself.
-    ``rho (M,)``. ``bounds``: two (M,) arrays or floats.
+    ``rho (M,)``. ``bounds``: two, each ``(M,)`` or one number.
 
     Notes
     -----

@@ -48,7 +48,7 @@ class SolidAnalysis:
     #: By region, each ``(k,)``. Share of the region's area that each node stands for.
     shares: dict[str, FloatArray]
     measures: dict[str, tuple[SolidStress, ...]]  #: By load case.
-    work: dict[str, float]  #: Dict of load case to float, N mm.
+    work: dict[str, float]  #: By load case, N mm.
     mode_values: dict[Hashable, float]  #: By LimitKey.
     judged_share: float  #: Share of the part's volume whose stress is judged.
     yields: Yielding | None  #: Stress above the yield strength that no support disturbs.

@@ -180,8 +180,8 @@ def _joined(
 
     Raises LatticeError if a transition falls apart.
 
-    - ``zones``: sequence of Z ResolvedZone
-    - ``members``: tuple of n Cell; different ones
+    - ``zones``: Z of them
+    - ``members``: n different ones
     - ``weights``: points to weights of the zones ``(Z, ...)``
     - ``at_points (Z, m)``: weights at points that fill the lattice
     - ``own``: that states the scale of the mix and how the second cell is moved

@@ -39,8 +39,7 @@ class Zoning:
     laws: tuple[ScalingLaw, ...]  #: Of the cells.
     weights: Field  #: Points ``(3, ...)`` mm to weights of the zones ``(Z, ...)``, together 1.
     factors: Mapping[tuple[int, int], MixFactors]  #: Of the cells that meet.
-    #: ((M,) array, (M,) array) or None. Density bounds of every tetrahedron; None where they are
-    #: the same everywhere.
+    #: Each ``(M,)``. Density bounds of every tetrahedron; None where they are the same everywhere.
     windows: tuple[FloatArray, FloatArray] | None = None
 
     def __post_init__(self) -> None:

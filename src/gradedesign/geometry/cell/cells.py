@@ -37,12 +37,11 @@ class Cells:
     window: tuple[float, float]  #: Densities for which they can be built.
     #: Subject of the sentence that refuses other densities; not used for a single cell.
     exist: str = ""
-    #: Tuple of n (float, float, float), cells. By which every member is moved; none of them where
-    #: it is empty.
+    #: cells. By which every member is moved; none of them where it is empty.
     shifts: tuple[Shift, ...] = ()
     #: Of the pairs of members that meet, the lower number first.
     blends: Mapping[tuple[int, int], Blend] = field(default_factory=dict)
-    #: Tuple of n float. Weights where none are given; the first member alone where it is empty.
+    #: Weights where none are given; the first member alone where it is empty.
     usual: tuple[float, ...] = ()
     #: Points ``(3, ...)`` mm to weights ``(n, ...)``, each from 0 to 1, together 1.
     weights: Field | None = None

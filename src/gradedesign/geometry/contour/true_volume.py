@@ -95,7 +95,7 @@ def fitted_vertices(
     - ``vertices (n, 3)``, mm
     - ``faces (m, 3)``: outward oriented
     - ``axes (k,)``: of the grid edges on which the first vertices lie; no triangle has others
-    - ``grid``: ((3,) array, float), mm; first node and spacing
+    - ``grid``: first node ``(3,)`` and spacing, mm
     - ``gap``: how far from the ends of its edge a vertex stays, in grid spacings
     - ``counts (p, q, r)``: grid nodes inside, by cell
     """
@@ -136,8 +136,8 @@ def _move(
     within their cubes.
 
     - ``target``: vertices, faces, axes, held vertices, grid, gap and fit of `fitted_vertices`
-    - ``rule``: ((k, 3) array, float); barycentric coordinates of the points at which heights are
-      taken, and the mean height over the mean of these
+    - ``rule``: barycentric coordinates ``(k, 3)`` of the points at which heights are taken, and the
+      mean height over the mean of these
     - ``slope (m,)``: of the field across every triangle; measured where it is 0, else used
     - ``shape``: number of cells
     """

@@ -204,9 +204,8 @@ class JoinComponent(Component, ABC):
     def joined(self, points: FloatArray, cell: Valued, solids: Sequence[Valued]) -> FloatArray:
         """Union of cells and solids, ``(n,)``, about mm.
 
-        ``points (3, n)``, mm. ``cell``: ((n,) array, callable); values of the infinite lattice,
-        about mm, and their function. ``solids``: sequence of ((n,) array, callable); distances of
-        the solids, mm, and their functions.
+        ``points (3, n)``, mm. ``cell``: values ``(n,)`` of the infinite lattice, about mm, and
+        their function. ``solids``: distances ``(n,)`` of the solids, mm, and their functions.
         """
 
 

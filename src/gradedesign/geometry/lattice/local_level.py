@@ -80,8 +80,8 @@ def local_level(
     - ``shape``: cell coordinates ``(3, n)`` and share ``(n,)`` to the density at which points
       become solid
     - ``period``: cells after which it repeats; the density is held over so many
-    - ``places``: ((3, n) array, (n,) array, (n,) array); cell coordinates, share and stated density
-      at points all over the lattice, several in every block
+    - ``places``: cell coordinates ``(3, n)``, share and stated density ``(n,)`` at points all over
+      the lattice, several in every block
     - ``memory_limit_bytes``: that it may take
     """
     u, share, density = places

@@ -152,9 +152,8 @@ def layered_density(
 
     Raises LatticeError if the part has no volume in a slab, or no point was found there.
 
-    ``printed``: sequence of ((k,) array, (k,) array); middles of thin slices across each axis, mm,
-    and the volume printed in them, mm^3; a slice counts for the slab of its middle. ``thickness``,
-    mm: of a slab.
+    ``printed``: middles of thin slices across each axis, ``(k,)``, mm, and the volume printed in
+    them, ``(k,)``, mm^3; a slice counts for the slab of its middle. ``thickness``, mm: of a slab.
     """
     slabs = []
     for axis, (middles, volumes) in enumerate(printed):

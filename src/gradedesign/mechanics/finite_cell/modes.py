@@ -69,8 +69,8 @@ def buckling_modes(
 
     Raises `SolverError` if nothing is compressed, or the iteration does not converge.
 
-    - ``stressed``: ((N, 3) array, float), mm; displacements of the load case, and the free strain
-      of the solid in it
+    - ``stressed``: displacements of the load case, ``(N, 3)``, mm, and the free strain of the solid
+      in it
     - ``lame``, MPa
     - ``similar``, each ``(N, 3)``: to start from
     - ``name``: of the load case

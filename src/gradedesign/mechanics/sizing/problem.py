@@ -63,7 +63,7 @@ class SizingProblem:
     #: From design variables to element densities, rows summing to 1. One column is a uniform
     #: density.
     filter: DensityFilter
-    #: ((M,) array, (M,) array). Density bounds of every element, where they differ. A filtered
+    #: Each ``(M,)``. Density bounds of every element, where they differ. A filtered
     #: variable then says how far from the lower to the upper of its element's bounds the density
     #: lies, as far as it lies itself between ``bounds``: no density leaves its element's bounds,
     #: and none jumps where they do not.

@@ -54,7 +54,7 @@ class ModeProblem:
     mass: _Product
     #: Products of k vectors with about the inverse of ``K``, ``(k, n)`` to ``(k, n)``.
     precondition: _Product
-    #: sequence of (n,) arrays. Vectors of which the best combinations are where the iteration
+    #: Each ``(n,)``. Vectors of which the best combinations are where the iteration
     #: starts.
     start: Sequence[FloatArray]
     #: Values of the modes in words, and why there may be none.

@@ -29,7 +29,7 @@ def check_formats(readers: _Shelf, exporters: _Shelf, outputs: _Shelf) -> None:
     Raises PluginError for a suffix that is none, one that two readers take, a key of ``[part]``
     that is taken, or an exporter with the name of an output.
 
-    ``readers``, ``exporters``, ``outputs``: mapping of name to (record, source).
+    ``readers``, ``exporters``, ``outputs``: record and source by name.
     """
     taken: dict[str, tuple[str, PluginSource]] = {}
     tables: dict[str, tuple[Any, PluginSource]] = {}
@@ -124,7 +124,7 @@ def check_keys(
 ) -> None:
     """Refuse a kind whose list would take the place of a key of the core.
 
-    ``kinds``: mapping of name to (kind, PluginSource). ``table``: to which the lists are added.
+    ``kinds``: kind and source by name. ``table``: to which the lists are added.
     ``section``, ``noun``: name of that table, and of such a kind. Raises `PluginError`.
     """
     own = {field.alias or name for name, field in table.model_fields.items()}

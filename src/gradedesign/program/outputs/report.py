@@ -101,7 +101,7 @@ def render_report(
 
     Returns str: HTML that opens without a network; all text from outside is escaped.
 
-    ``pictures``: mapping of name to PNG bytes; names as in the result's ``files``. ``case_text``:
+    ``pictures``: PNG bytes by name, as in the result's ``files``. ``case_text``:
     the case file, printed as it was. ``scene``: data of the scene of the first screen, see
     `scene_html`.
     """
