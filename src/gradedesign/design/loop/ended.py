@@ -67,7 +67,8 @@ def why_ended(
 ) -> Ended | None:
     """Reason to end the loop before another iteration, or None.
 
-    ``iterations``: finished so far. ``factors``: of acceptance. ``acceptance_s``, s: that an acceptance after the iteration is expected to take.
+    ``iterations``: finished so far. ``factors``: of acceptance. ``acceptance_s``, s: that an
+    acceptance after the iteration is expected to take.
     """
     if not iterations:
         return None
