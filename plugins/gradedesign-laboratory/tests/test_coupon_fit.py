@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from gradedesign import CaseError, LawOrigin, Material, power_law
+from gradedesign import CaseError, LawOrigin, Material, Process, power_law
+from gradedesign.design.printing.as_built import as_built_surface, building_on
 from gradedesign_laboratory.coupon_fit import Estimate, RatioFit, fit_ratio, fit_struts
 from gradedesign_laboratory.coupon_record import process_table, record_text
+from gradedesign_laboratory.coupon_shapes import strut_coupon
 from gradedesign_laboratory.coupon_sheet import PlateFacts
+from gradedesign_laboratory.coupons import Struts
 from gradedesign_laboratory.fitted_coupons import fit_coupons
 from gradedesign_laboratory.measured_coupons import MeasuredBlock, MeasuredStrut, Readings
 
@@ -204,3 +207,42 @@ def test_a_median_ratio_is_that_of_logarithms():
             high=pytest.approx(np.exp(half)), count=3,
         )
     )  # fmt: skip
+
+
+def built_widths(inclination, process):
+    """Mean widths of the struts of a coupon as the process builds it, at their free ends."""
+    coupon = Struts(number=1, inclination=inclination, width=0.8, count=3)
+    surface = strut_coupon(coupon)
+    held = np.zeros(len(surface.faces), dtype=bool)
+    building = building_on(surface, process, np.array([0.0, 0.0, 1.0]), held, 2.0)
+    built = as_built_surface(surface, building, 271)
+    angle = np.radians(inclination)
+    along = np.array([np.cos(angle), 0.0, np.sin(angle)])
+    far = surface.vertices @ along
+    ends = np.flatnonzero(far > far.max() - 1e-6)
+    middle = np.sort(np.unique(surface.vertices[ends, 1].round(6)))
+    found = []
+    for low in np.linspace(middle[0], middle[-1] - 0.8, 3):
+        own = ends[np.abs(surface.vertices[ends, 1] - low - 0.4) < 0.5]
+        centre = surface.vertices[own].mean(axis=0)
+        off = built.vertices[own] - centre
+        radii = np.linalg.norm(off - np.outer(off @ along, along), axis=1)
+        # Corners of 96 facets lie farther out than a circle of the same area.
+        found.append(2.0 * radii.mean() * np.sqrt(np.sin(2 * np.pi / 96) * 96 / (2 * np.pi)))
+    return found
+
+
+def test_what_a_process_builds_of_the_coupons_is_read_back_as_its_table():
+    """The plate, the as-built body and the fit agree on what a strut's size and inclination are."""
+    table = ((0.0, 0.12), (90.0, 0.02))
+    process = Process(name="known", strut_size=table)
+    struts = [
+        MeasuredStrut(coupon=k, strut=n, inclination=a, designed=0.8, width=w)
+        for k, a in enumerate((30.0, 60.0, 90.0), start=1)
+        for n, w in enumerate(built_widths(a, process), start=1)
+    ]
+    sizes = fit_struts(struts, None).sizes
+    for inclination, size in sizes.items():
+        # Linear in the cosine; averaging over neighbouring facets and their number leave microns.
+        expected = 0.02 + 0.1 * np.cos(np.radians(inclination))
+        assert size.value == pytest.approx(expected, abs=2e-3)

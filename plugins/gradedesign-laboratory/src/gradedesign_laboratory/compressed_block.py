@@ -1,9 +1,12 @@
-"""Stiffness of a block of cells with free sides, compressed between solid plates."""
+"""Stiffness of a block of cells with free sides, compressed between its solid plates."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from gradedesign import DensityError
 from gradedesign.fields import FloatArray
 from gradedesign.properties import (
     Cell,
@@ -11,14 +14,18 @@ from gradedesign.properties import (
     solid_stiffness,
     solve_periodic,
     unit_load,
+    voxels_in_wall,
     youngs_along,
 )
 from gradedesign_laboratory.constrained import padded_block, solve_held
 
-#: Voxels along a cell, of two grids whose ratios are extrapolated: what plates hold is off by the
-#: edge of a voxel. 3^3 cells by pairs of 16, 24, 32 and 40: bcc at 0.3 gives 1.438, 1.452, 1.436
-#: (1.370 on the last grid itself), octet at 0.2 1.141, 1.113, 1.116.
-VOXELS = (24, 32)
+#: Voxels along a cell, of pairs of grids from which both moduli are extrapolated: filled voxels
+#: converge with the square of their size. The ratio by pairs of 16, 24, 32 and 40 voxels, plates of
+#: 0.375 cells: 3^3 cells of octet at 0.3 1.023, 1.028, 1.025, of bcc 1.242, 1.253, 1.250, 2^3 of
+#: these 1.270, 1.284, 1.280. The first pair is taken whose first grid has `_LEAST` voxels across
+#: the thinnest wall.
+PAIRS = ((24, 32), (36, 48), (48, 64))
+_LEAST = 2.0
 #: Residual force over the load; the modulus, from mean stresses, is right to as much.
 _RTOL = 1e-3
 _UP = np.array([0.0, 0.0, 1.0])
@@ -27,7 +34,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 def compressed_modulus(
     fill: FloatArray, *, poissons_ratio: float = 0.3, rtol: float = _RTOL
 ) -> float:
-    """Modulus of a block along z whose ends are bonded to rigid plates and whose sides are free.
+    """Modulus of a block along z whose ends are held and whose sides are free.
 
     Parameters
     ----------
@@ -37,7 +44,7 @@ def compressed_modulus(
     Returns
     -------
     float
-        Mean stress over the strain between the plates, relative to the base material's modulus.
+        Mean stress over the strain between its ends, relative to the base material's modulus.
 
     Raises
     ------
@@ -49,7 +56,7 @@ def compressed_modulus(
     free[:, :, :, [0, block.shape[2]]] = False
     load = unit_load(block.operator, 2)
     displacement, _, _ = solve_held(block, load, free, rtol=rtol)
-    # The sides carry nothing, so that the mean stress is the force on a plate over its area.
+    # The sides carry nothing, so that the mean stress is the force on an end over its area.
     solid = float(block.operator.fill.sum()) / block.volume
     own = solid * float(solid_stiffness(poissons_ratio)[2, 2])
     return own + float(np.vdot(load, displacement)) / block.volume
@@ -60,26 +67,50 @@ def compressed_ratio(
     rho: float,
     cells: int,
     *,
+    plate: float,
     poissons_ratio: float = 0.3,
-    voxels: tuple[int, int] = VOXELS,
+    pairs: Sequence[tuple[int, int]] = PAIRS,
 ) -> float:
     """Modulus of a block of ``cells^3`` cells between plates over that of the periodic lattice.
 
-    Below 1 where free sides cut struts, above it where plates hold the cells at the ends.
+    The strain is over the height of the cells, plates as rigid. Below 1 where free sides cut struts
+    and feet of struts sink into the plates, above it where plates hold what would spread.
+
+    Parameters
+    ----------
+    plate : float
+        Thickness of the solid plates, cells: their outer faces are held.
 
     Raises
     ------
+    DensityError
+        If the walls are too thin for the finest pair of grids.
     SolverError, LatticeError
         As `compressed_modulus` and `solve_periodic`.
     """
-    coarse, fine = (_ratio(cell, rho, cells, poissons_ratio, n) for n in voxels)
-    return fine + (fine - coarse) * voxels[0] / (voxels[1] - voxels[0])
+    pair = next((p for p in pairs if voxels_in_wall(cell, rho, p[0]) >= _LEAST), None)
+    if pair is None:
+        most = pairs[-1][0]
+        raise DensityError(
+            f"cell '{cell.name}' at density {rho:g} has walls of "
+            f"{voxels_in_wall(cell, rho, most):.2g} voxels where a cell has {most}, too thin to "
+            f"compute the modulus of a block, expected {_LEAST:g}; state a denser block"
+        )
+    coarse, fine = (_moduli(cell, rho, cells, plate, poissons_ratio, n) for n in pair)
+    share = pair[0] ** 2 / (pair[1] ** 2 - pair[0] ** 2)
+    block, periodic = fine + (fine - coarse) * share
+    return float(block / periodic)
 
 
-def _ratio(cell: Cell, rho: float, cells: int, poissons_ratio: float, voxels: int) -> float:
-    """The ratio on one grid."""
+def _moduli(
+    cell: Cell, rho: float, cells: int, plate: float, poissons_ratio: float, voxels: int
+) -> FloatArray:
+    """Modulus of the block and of the periodic lattice along z on one grid, ``(2,)``."""
     fill = cell_fill(cell, rho, voxels)
     periodic = solve_periodic(fill, poissons_ratio=poissons_ratio, rtol=1e-5).stiffness
-    block = np.tile(fill, (cells, cells, cells))
+    solid = max(round(plate * voxels), 1)
+    block = np.pad(np.tile(fill, (cells, cells, cells)), ((0, 0), (0, 0), (solid, solid)))
+    block[:, :, :solid] = block[:, :, -solid:] = 1.0
     modulus = compressed_modulus(block, poissons_ratio=poissons_ratio)
-    return modulus / float(youngs_along(periodic, _UP))
+    modulus *= cells * voxels / block.shape[2]
+    return np.array([modulus, float(youngs_along(periodic, _UP))])

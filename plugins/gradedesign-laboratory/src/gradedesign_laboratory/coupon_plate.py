@@ -118,39 +118,31 @@ def coupon_plate(
         key = (block.density, block.size)
         if key not in plain:
             data = block_case(block, cell=cell, material=found.name, process=known)
-            plain[key] = _plain_block(data, registry, folder)
-    calibrated = calibrate(registry.cell_families[cell], {})
-    ratios = {}
-    for block in blocks:
-        if block.density not in ratios:
-            report_step(f"block of density {block.density:g} between plates")
-            ratios[block.density] = compressed_ratio(
-                calibrated, block.density, block.cells, poissons_ratio=found.poissons_ratio
-            )
-    placed, surfaces = [], []
-    for block in blocks:
-        one, edge = plain[block.density, block.size], block.edge
-        top = edge + 2.0 * PLATE
-        number = engraving(block.number, (edge / 2.0, edge / 2.0), top)
-        numbered = difference(one.surface, number, subject=f"coupon {block.number}")
-        engraved = one.volume - _volume(numbered)
-        surfaces.append(numbered)
-        placed.append(
-            PlacedBlock(
-                block=block,
-                volume=one.volume - engraved,
-                plates=2.0 * PLATE * edge**2 - engraved,
-                as_built=None if one.as_built is None else one.as_built - engraved,
-                ratio=ratios[block.density],
-            )
-        )
-    surfaces += [strut_coupon(one) for one in struts]
+            plain[key] = _plain_block(block, data, registry, folder, found.poissons_ratio)
+    numbered = [_numbered(block, plain[block.density, block.size]) for block in blocks]
+    surfaces = [*(surface for _, surface in numbered), *map(strut_coupon, struts)]
     return CouponPlate(
         surface=_side_by_side(surfaces),
-        blocks=tuple(placed),
+        blocks=tuple(placed for placed, _ in numbered),
         struts=tuple(struts),
         cases=tuple(one.file for one in plain.values()),
     )
+
+
+def _numbered(block: Block, plain: _PlainBlock) -> tuple[PlacedBlock, SurfaceMesh]:
+    """A block with its number, and its surface."""
+    edge = block.edge
+    number = engraving(block.number, (edge / 2.0, edge / 2.0), edge + 2.0 * PLATE)
+    surface = difference(plain.surface, number, subject=f"coupon {block.number}")
+    engraved = plain.volume - _volume(surface)
+    placed = PlacedBlock(
+        block=block,
+        volume=plain.volume - engraved,
+        plates=2.0 * PLATE * edge**2 - engraved,
+        as_built=None if plain.as_built is None else plain.as_built - engraved,
+        ratio=plain.ratio,
+    )
+    return placed, surface
 
 
 def block_case(block: Block, *, cell: str, material: str, process: str | None) -> Mapping[str, Any]:
@@ -189,21 +181,34 @@ class _PlainBlock:
     surface: SurfaceMesh
     volume: float
     as_built: float | None
+    ratio: float
 
 
-def _plain_block(data: Mapping[str, Any], registry: Registry, folder: Path) -> _PlainBlock:
-    """Surface of a block by the path of a run whose density is stated."""
+def _plain_block(
+    block: Block, data: Mapping[str, Any], registry: Registry, folder: Path, poissons_ratio: float
+) -> _PlainBlock:
+    """A block whose surface is made by the path of a run of stated density, and its stiffness."""
     file = folder / f"block-{data['lattice']['density']:g}-{data['lattice']['size']}.toml"
     file = file.with_name(file.name.replace(" ", ""))
     write_text(file, toml_text(data))
     case, part = fitting_part(load_case(file, registry=registry), registry)
     made = stated_print(stated_lattice(case, registry, part))
     built = None if made.surface is None else made.surface.built
+    report_step(f"modulus of blocks of density {block.density:g}")
+    family = registry.cell_families[data["lattice"]["cell"]]
+    ratio = compressed_ratio(
+        calibrate(family, {}),
+        block.density,
+        block.cells,
+        plate=PLATE / block.size,
+        poissons_ratio=poissons_ratio,
+    )
     return _PlainBlock(
         file=file,
         surface=made.lattice.surface,
         volume=made.volume,
         as_built=None if built is None else _volume(built.surface),
+        ratio=ratio,
     )
 
 
