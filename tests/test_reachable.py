@@ -14,7 +14,7 @@ SOURCES = (ROOT / "src", *sorted((ROOT / "plugins").glob("*/src")))
 #: Modules whose names are for others: what they list needs no user here.
 PUBLIC = (
     "gradedesign", "gradedesign.commands", "gradedesign.fields",
-    "gradedesign.properties", "gradedesign.testing",
+    "gradedesign.properties", "gradedesign.testing", "gradedesign_cad",
 )  # fmt: skip
 
 #: Decorators that hand a function to a framework, which calls it.
