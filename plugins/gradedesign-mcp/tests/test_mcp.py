@@ -95,11 +95,12 @@ def folder(tmp_path):
 
 
 def processes_on(folder):
-    """Commands of gradedesign that work on a folder."""
+    """Commands of gradedesign that work on a case or run in a folder; the server is none."""
     found = []
     for process in psutil.process_iter(["cmdline"]):
         words = process.info["cmdline"] or []
-        if "gradedesign" in words and "run" in words and any(str(folder) in w for w in words):
+        started = "gradedesign" in words and "mcp" not in words
+        if started and any(str(folder) in word for word in words):
             found.append(process)
     return found
 
@@ -333,6 +334,22 @@ def test_a_case_is_proposed_checked_run_stopped_resumed_and_judged(folder):
     anyio.run(go)
     assert notes
     assert all(b[0] > a[0] or a[0] > 2.0 for a, b in pairwise(notes))
+
+
+@pytest.mark.slow
+def test_a_call_that_is_cancelled_ends_its_command(folder):
+    async def go():
+        async with in_process(folder) as server:
+            with anyio.move_on_after(3.0) as scope:
+                await server.call("estimate_masses", case="bar")
+            assert scope.cancelled_caught
+            with anyio.fail_after(10.0):
+                while processes_on(folder):
+                    await anyio.sleep(0.1)
+            # The next command has its turn.
+            await server.call("inspect_part", part="plate.stl", units="mm")
+
+    anyio.run(go)
 
 
 @pytest.mark.slow
