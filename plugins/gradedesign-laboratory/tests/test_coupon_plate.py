@@ -212,6 +212,7 @@ def test_the_case_of_a_block_names_a_process_of_the_library():
         (("--struts", "0"), "expected 1 to 9"),
         (("--size", "3 mm", "--cells", "2"), "its number needs 7.9 mm"),
         (("--material", "Ti64"), "Ti-6Al-4V"),
+        (("--density", "0.9"), "no law for cell 'bcc' is supported between densities 0.9 and 0.9"),
     ],
 )
 def test_impossible_requests_are_refused(cli, tmp_path, words, message):
@@ -220,3 +221,10 @@ def test_impossible_requests_are_refused(cli, tmp_path, words, message):
     assert message in " ".join(ended.err.split())
     assert "Traceback" not in ended.err
     assert not (tmp_path / "plate" / "sheet.csv").exists()
+
+
+def test_a_cell_that_repeats_after_several_needs_a_multiple_of_them(cli, tmp_path):
+    words = ("coupon", "voronoi-open", "--process", "x", "--material", "PA12", "--cells", "4")
+    ended = cli(*words, "-o", tmp_path)
+    assert ended.code == 2
+    assert "--cells 4: cell 'voronoi-open' repeats after 5 cells" in " ".join(ended.err.split())

@@ -98,7 +98,13 @@ def make_plate(asked: PlateRequest) -> None:
         )
     registry = registry_for(strict_plugins=asked.strict_plugins)
     family: CellFamily = lookup(registry, "cell_families", asked.cell)
-    choose_law(registry, family.name, "auto", (min(plan.densities), max(plan.densities)))
+    if plan.cells % family.period:
+        raise CaseError(
+            f"--cells {plan.cells}: cell '{family.name}' repeats after {family.period} cells; "
+            f"expected a multiple of that"
+        )
+    for density in plan.densities:
+        choose_law(registry, family.name, "auto", (density, density))
     known = registry.processes.get(asked.process)
     name = asked.material or (known.material if known is not None else "")
     if not name:
