@@ -30,6 +30,8 @@ from gradedesign_laboratory.coupons import Block, Struts
 PLATE = 3.0 * DEPTH
 #: Room between coupons, and length of a row of them, mm. Chosen, not measured.
 _GAP, _ROW = 4.0, 120.0
+#: Chord tolerance of blocks, mm: half as many triangles, less than any process is measured to.
+_CHORD = 0.005
 #: Edge of a block beyond its number, mm.
 _AROUND = 0.8
 
@@ -167,6 +169,7 @@ def block_case(block: Block, *, cell: str, material: str, process: str | None) -
             "density": block.density,
             "origin": lengths(0.0, 0.0, PLATE),
         },
+        "print": {"chord_tolerance": f"{_CHORD:g} mm"},
     }
     if process is not None:
         data["process"] = {"name": process}
