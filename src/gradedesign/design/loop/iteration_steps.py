@@ -240,7 +240,7 @@ def lattice_share(
     if shape is not None:
         u, v, whole = shape, shape, 1.0
     elif adjoint is not None:
-        u, v, whole = state.displacement(worst.load_case), adjoint.displacement, worst.value
+        u, v, whole = state.displacement(worst.load_case), adjoint, worst.value
     shared = strain_energy_per_element(model.space, lattice, u, v)
     if whole <= 0 or shared.sum() <= 0:
         return 0.0, mean

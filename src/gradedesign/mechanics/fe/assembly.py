@@ -8,7 +8,7 @@ quadratic at most, and the four-point rule integrates that exactly.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,13 +26,13 @@ from gradedesign.mechanics.fe._assembly_kernels import (
     stiffness_blocks,
     stiffness_blocks_of_moments,
 )
-from gradedesign.mechanics.fe._energy_kernels import element_energies, element_energies_of_moments
+from gradedesign.mechanics.fe._energy_kernels import element_energies
 from gradedesign.mechanics.fe._isotropic_kernels import isotropic_blocks
-from gradedesign.mechanics.fe._space_kernels import LOCAL_EDGES
 from gradedesign.mechanics.fe.element_points import barycentric, shape_derivatives
 from gradedesign.mechanics.fe.space import TetSpace
 from gradedesign.mechanics.fe.stiffness import (
     PAIRS,
+    UNIFORM,
     GaussStiffness,
     MomentStiffness,
     Stiffness,
@@ -128,81 +128,42 @@ def strain_energy_per_element(
 
     ``u (3, n)``, ``v (3, n)``, mm: displacements; `v` is `u` if not given.
     """
-    if isinstance(stiffness, GaussStiffness | MomentStiffness):
-        return pair_energies(space, stiffness, u, v).sum(axis=1)
-    coefficients = np.ascontiguousarray(kernel_coefficients(stiffness)[:, 0])
-    energy = np.zeros(space.element_count)
-    _add_energies(
-        element_energies, space, stiffness, coefficients, shape_gradients(space.order), u, v, energy
-    )
-    return energy
+    (pairs,) = pair_energies(space, stiffness, [(u, u if v is None else v)])
+    return np.asarray(pairs.sum(axis=1))
 
 
 def pair_energies(
-    space: TetSpace,
-    stiffness: GaussStiffness | MomentStiffness,
-    u: FloatArray,
-    v: FloatArray | None = None,
-) -> FloatArray:
-    """Terms of `strain_energy_per_element`, ``(m, 10)``, N mm, by the moments of the stiffness.
+    space: TetSpace, stiffness: Stiffness, fields: Iterable[tuple[FloatArray, FloatArray]]
+) -> Iterator[FloatArray]:
+    """Terms of `strain_energy_per_element` for each of several pairs of displacements.
 
-    Of pairs of barycentric coordinates in the order of `PAIRS`: each is in proportion to its
-    moment.
+    Yields
+    ------
+    (m, 10) array, N mm
+        By pairs of barycentric coordinates in the order of `PAIRS`: each is in proportion to the
+        stiffness's moment with it.
     """
-    energy = np.zeros((space.element_count, len(PAIRS)))
-    shapes = shape_derivatives(space.order, barycentric("vertices"))
-    _add_energies(
-        element_energies_of_moments, space, stiffness, moment_coefficients(stiffness), shapes, u, v,
-        energy,
-    )  # fmt: skip
-    return energy
-
-
-def _add_energies(
-    kernel: Callable[..., None],
-    space: TetSpace,
-    stiffness: Stiffness,
-    coefficients: FloatArray,
-    shapes: FloatArray,
-    u: FloatArray,
-    v: FloatArray | None,
-    energy: FloatArray,
-) -> None:
-    """Fill energies by a kernel, in threads."""
     _require_matching(space, stiffness)
-    first = _nodal(space, u, "u")
-    second = first if v is None else _nodal(space, v, "v")
-    in_ranges(
-        kernel,
-        range(space.element_count),
-        space.nodes,
-        space.elements,
-        coefficients,
-        shapes,
-        first,
-        second,
-        energy,
-    )
-
-
-def shape_gradients(order: int) -> FloatArray:
-    """Derivatives of the shape functions by barycentric coordinates at integration points.
-
-    Returns ``(1, 4, 4) or (4, 10, 4)``: point, node, coordinate. All points weigh the same: the
-    centroid for order 1, the four-point rule of degree 2 for order 2 (Zienkiewicz and Taylor, The
-    Finite Element Method, 5th ed., vol. 1, table 9.3).
-    """
-    if order == 1:
-        return np.eye(4)[None]
-    near, far = (5.0 + 3.0 * 5.0**0.5) / 20.0, (5.0 - 5.0**0.5) / 20.0
-    points = np.full((4, 4), far) + (near - far) * np.eye(4)
-    gradients = np.zeros((4, 10, 4))
-    for q, lam in enumerate(points):
-        gradients[q, :4] = np.diag(4.0 * lam - 1.0)
-        for k, (i, j) in enumerate(LOCAL_EDGES):
-            gradients[q, 4 + k, i] = 4.0 * lam[j]
-            gradients[q, 4 + k, j] = 4.0 * lam[i]
-    return gradients
+    if isinstance(stiffness, GaussStiffness | MomentStiffness):
+        coefficients = moment_coefficients(stiffness)
+    else:
+        coefficients = kernel_coefficients(stiffness)
+    shapes = shape_derivatives(space.order, barycentric("vertices"))
+    for u, v in fields:
+        energy = np.zeros((space.element_count, len(PAIRS)))
+        in_ranges(
+            element_energies,
+            range(space.element_count),
+            space.nodes,
+            space.elements,
+            coefficients,
+            shapes,
+            UNIFORM,
+            _nodal(space, u, "u"),
+            _nodal(space, v, "v"),
+            energy,
+        )
+        yield energy
 
 
 def _stiffness_tables(
@@ -221,7 +182,7 @@ def _stiffness_tables(
     weight : (k, k, 4) array
         Mean of ``dNa/dlambda_u dNb/dlambda_v`` over the tet.
     """
-    d = shape_gradients(order)
+    d = shape_derivatives(order, barycentric("gauss"))
     means = np.einsum("qau,qbv->abuv", d, d) / len(d)
     k = means.shape[0]
     depends = [np.flatnonzero(row) for row in (d != 0.0).any(axis=0)]

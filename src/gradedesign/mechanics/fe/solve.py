@@ -17,6 +17,7 @@ import numpy as np
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.common.system.progress import stepping
 from gradedesign.errors import ResourceError, SolverError
+from gradedesign.mechanics.fe.assembly import matvec
 from gradedesign.mechanics.fe.elastic_system import ElasticSystem, prepare_elastic
 from gradedesign.mechanics.fe.equilibrium import ACCEPTED, defects, evaluate, right_hand_side
 from gradedesign.mechanics.fe.free_pieces import require_held
@@ -87,6 +88,38 @@ def solve_cases(
     fresh = {key: members for key, members in groups.items() if key not in prepared_keys}
     _require_all_held(system.space, fresh, cases)
     return _solve_groups(system, cases, groups, rtol)
+
+
+def solve_roughly(
+    system: ElasticSystem, cases: Sequence[LoadVector], *, rtol: float
+) -> list[FloatArray]:
+    """Displacements ``(3, N)`` under forces, supports at rest, to a residual alone.
+
+    For loads of which nothing but the displacements is asked, and these to some digits, such as
+    those of adjoint problems. What does not reach ten times the residual goes through
+    `solve_cases`.
+
+    Parameters
+    ----------
+    rtol : float
+        Residual over the right-hand side.
+    """
+    found: dict[int, FloatArray] = {}
+    for key, members in _equal_supports(cases).items():
+        fixed = cases[members[0]].supports.fixed
+        free = ~fixed.T.ravel()
+        right = np.stack([free * np.ascontiguousarray(cases[k].force.T).ravel() for k in members])
+        solver = _for_size(system.solver, int(np.count_nonzero(free)))
+        start = galerkin_start(system.matrix, free, right, system.earlier)
+        with stepping(f"solving {', '.join(cases[k].name for k in members)}"):
+            answer = _prepared(system, solver, key, fixed)(right, start, rtol)
+        _require_answer(solver, answer, right.shape)
+        for k, x, force in zip(members, answer.x, right, strict=True):
+            found[k] = np.ascontiguousarray(x.reshape(-1, 3).T)
+            left = force - free * matvec(system.matrix, found[k]).T.ravel()
+            if not np.linalg.norm(left) <= _STALLED * rtol * np.linalg.norm(force):
+                found[k] = solve_cases(system, [cases[k]], rtol=ACCEPTED)[0].displacement
+    return [found[k] for k in range(len(cases))]
 
 
 def prepared_solve(system: ElasticSystem, fixed: BoolArray) -> Solve:

@@ -10,7 +10,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.mechanics.fe.elastic_system import ElasticSystem, prepare_elastic
 from gradedesign.mechanics.fe.load_case import load_vector
 from gradedesign.mechanics.fe.modes import natural_modes
-from gradedesign.mechanics.fe.solution import LoadVector, Solution
+from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.solve import solve_cases
 from gradedesign.mechanics.sizing.homogenised_model import (
     HomogenisedModel,
@@ -87,11 +87,6 @@ def solve_homogenised(
     vectors = [
         load_vector(model.space, case, system.stiffness, density, expansion) for case in model.cases
     ]
-    return solve_vectors(system, vectors)
-
-
-def solve_vectors(system: ElasticSystem, vectors: Sequence[LoadVector]) -> tuple[Solution, ...]:
-    """Displacements of given load vectors, such as adjoint loads, on the same stiffness."""
     return solve_cases(system, vectors, rtol=RTOL)
 
 

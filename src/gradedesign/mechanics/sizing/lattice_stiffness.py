@@ -8,13 +8,13 @@ assembled.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.mechanics.fe.assembly import pair_energies, strain_energy_per_element
+from gradedesign.mechanics.fe.assembly import pair_energies
 from gradedesign.mechanics.fe.space import TetSpace
 from gradedesign.mechanics.fe.stiffness import (
     UNIFORM,
@@ -98,43 +98,58 @@ def in_lattice(model: HomogenisedModel, C: FloatArray) -> FloatArray:
     A stiffness that varies inside the tetrahedra is thinned out in proportion to the room for
     lattice, moment by moment.
     """
+    return _in_room(C, _room(model))
+
+
+def _room(model: HomogenisedModel) -> FloatArray:
+    """Share of the tetrahedra for lattice, ``([10,] M)``, as `StiffnessSlopes.rooms`."""
     if model.solid_moments is None:
-        return np.asarray((1 - model.solid_fraction) * C)
-    return _in_moments(C, UNIFORM[:, None] - model.solid_moments)
+        return 1 - model.solid_fraction
+    return 1 - model.solid_moments / UNIFORM[:, None]
 
 
-def _in_moments(C: FloatArray, room: FloatArray) -> FloatArray:
-    """Moments ``(6, 6, 10, M)`` of lattice of stiffness ``C`` in a room of such moments, MPa."""
+def _in_room(C: FloatArray, room: FloatArray) -> FloatArray:
+    """Contribution of lattice of stiffness ``C`` in its room, ``(6, 6, [4 or 10,] M)``, MPa."""
+    if room.ndim == 1:
+        return np.asarray(room * C)
     if C.ndim == 3:
-        return np.asarray(C[:, :, None] * room)
-    moments = gauss_moments(C) if C.shape[2] == 4 else C
-    return np.asarray(moments * (room / UNIFORM[:, None]))
+        return np.asarray(C[:, :, None] * (room * UNIFORM[:, None]))
+    return np.asarray((gauss_moments(C) if C.shape[2] == 4 else C) * room)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StiffnessSlopes:
     """Derivatives of the stiffness of every tetrahedron by the variables of its design."""
 
-    by_density: Stiffness  #: MPa.
-    #: Solid less what lies there, over the moments of an even room, MPa; None: no members.
-    replaced: MomentStiffness | None
-    #: ``(10, M)`` each. Moments of the room that a share of members takes, one by one.
+    by_density: FloatArray  #: ``(6, 6, [4 or 10,] M)``, MPa. Of the lattice, where it fills all.
+    #: ``(6, 6, [4 or 10,] M)``, MPa. Solid less what lies there; None: no members.
+    replaced: FloatArray | None
+    #: ``([10,] M)`` each. Share of the tetrahedra for lattice, and that which each share of members
+    #: takes; moment by moment, over those of an even room, where it varies inside.
     rooms: tuple[FloatArray, ...]
 
     def __iter__(self) -> Iterator[Stiffness]:
         """The derivative by the densities, then those by each share of members."""
-        yield self.by_density
-        if self.replaced is not None:
-            for room in self.rooms:
-                yield MomentStiffness(C=self.replaced.C * room)
+        for C, rooms in self._parts():
+            for room in rooms:
+                yield as_stiffness(_in_room(C, room))
 
-    def energies(self, space: TetSpace, u: FloatArray, v: FloatArray | None = None) -> FloatArray:
-        """Bilinear energies of all of them, ``(P,)``, N mm, as `strain_energy_per_element`."""
-        energies = [strain_energy_per_element(space, self.by_density, u, v)]
+    def energies(
+        self, space: TetSpace, fields: Sequence[tuple[FloatArray, FloatArray]]
+    ) -> FloatArray:
+        """Bilinear energies ``u^T dK/dp v`` of pairs of displacements, ``(k, P)``, N mm."""
+        found: list[list[FloatArray]] = [[] for _ in fields]
+        for C, rooms in self._parts():
+            pairs = pair_energies(space, as_stiffness(C), fields)
+            for mine, terms in zip(found, pairs, strict=True):
+                mine += [(terms.T * room).sum(axis=0) for room in rooms]
+        return np.array([np.concatenate(mine) for mine in found])
+
+    def _parts(self) -> Iterator[tuple[FloatArray, tuple[FloatArray, ...]]]:
+        """Every stiffness with the rooms in which it lies."""
+        yield self.by_density, self.rooms[:1]
         if self.replaced is not None:
-            pairs = pair_energies(space, self.replaced, u, v).T
-            energies += [(pairs * room).sum(axis=0) for room in self.rooms]
-        return np.concatenate(energies)
+            yield self.replaced, self.rooms[1:]
 
 
 def stiffness_slopes(
@@ -145,22 +160,15 @@ def stiffness_slopes(
     By its density, and by the shares of members at its Gauss points where the model without these,
     ``lattice_alone``, is given: what that holds beside solid is what they replace.
     """
-    by_density = _stiffness_derivative(model, rho)
+    by_density, room = lattice_stiffness_derivative(model, rho), _room(model)
     if lattice_alone is None:
-        return StiffnessSlopes(by_density=by_density, replaced=None, rooms=())
+        return StiffnessSlopes(by_density=by_density, replaced=None, rooms=(room,))
     lattice = lattice_stiffness(lattice_alone, rho)
-    even = np.ones((len(UNIFORM), rho.size))
-    replaced = solid_stiffness(lattice_alone)[:, :, None, None] - _in_moments(lattice, even)
-    return StiffnessSlopes(
-        by_density=by_density,
-        replaced=MomentStiffness(C=replaced),
-        rooms=tuple(moments_by_share(lattice_alone)),
-    )
-
-
-def _stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> Stiffness:
-    """Derivative of the stiffness of every tetrahedron by its density, MPa."""
-    return as_stiffness(in_lattice(model, lattice_stiffness_derivative(model, rho)))
+    solid = solid_stiffness(model).reshape(6, 6, *(1,) * (lattice.ndim - 2))
+    if lattice.shape[2] == len(UNIFORM):
+        solid = solid * UNIFORM[:, None]
+    taken = [by / UNIFORM[:, None] for by in moments_by_share(lattice_alone)]
+    return StiffnessSlopes(by_density=by_density, replaced=solid - lattice, rooms=(room, *taken))
 
 
 def _correction_factor(model: HomogenisedModel, rho: FloatArray) -> FloatArray:

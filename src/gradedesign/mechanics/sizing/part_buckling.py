@@ -90,8 +90,8 @@ def through_load_factors(
         stress = element_stress(space, _at_points(derivative), displacement, thermal_strain=strain)
         works.append((products * stress).sum(axis=(0, 1, 3)))
     by_design = np.concatenate(works)
-    for factor, share, shape in zip(modes.values, by_factor, shapes, strict=True):
-        by_design += share * factor * slopes.energies(space, shape)
+    stiffer = slopes.energies(space, [(shape, shape) for shape in shapes])
+    by_design += (by_factor * modes.values) @ stiffer
     C = _at_points(as_stiffness(effective_stiffness(model, rho))).C
     form = "abm,bmq->amq" if C.ndim == 3 else "abqm,bmq->amq"
     engineering = products[VOIGT_PLACES] * VOIGT_COUNTS[:, None, None]

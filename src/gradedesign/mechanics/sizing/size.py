@@ -259,8 +259,9 @@ def _analyse(
     near = [response for response, chosen in zip(responses, reach, strict=True) if chosen]
     adjoints = solve_adjoints(model, system, near)
     gradients = response_gradients(state, near, adjoints) * np.array(slopes)[reach][:, None]
-    solved = [s for s in (*state.solutions.values(), *adjoints) if s is not None]
-    recent.append((*(s.displacement for s in solved), *mode_shapes(state)))
+    displacements = [solution.displacement for solution in state.solutions.values()]
+    known = [adjoint for adjoint in adjoints if adjoint is not None]
+    recent.append((*displacements, *known, *mode_shapes(state)))
     return _Analysed(
         state=state, utilisations=utilisations, governing=ratios[reach], gradients=gradients
     )
