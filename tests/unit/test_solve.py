@@ -17,7 +17,12 @@ from gradedesign.mechanics.fe.elastic_system import prepare_elastic
 from gradedesign.mechanics.fe.multigrid_solver import MULTIGRID
 from gradedesign.mechanics.fe.scikit_fem import SCIKIT_FEM
 from gradedesign.mechanics.fe.solution import LoadVector
-from gradedesign.mechanics.fe.solve import predict_memory_bytes, solve_cases, solve_elastic
+from gradedesign.mechanics.fe.solve import (
+    predict_memory_bytes,
+    solve_cases,
+    solve_elastic,
+    solve_roughly,
+)
 from gradedesign.mechanics.fe.space import TetSpace, tet_space
 from gradedesign.mechanics.fe.stiffness import AnisotropicStiffness, IsotropicStiffness
 from gradedesign.mechanics.fe.supports import Supports
@@ -226,6 +231,29 @@ def test_fallback_to_the_direct_solver_is_reported(monkeypatch, caplog):
     assert "multigrid stopped at residual" in solution.method
     assert solution.residual < 1e-8
     assert "trying a direct solver" in caplog.text
+
+
+def test_rough_answers_hold_their_residual(monkeypatch):
+    """Several supports and loads at once; what stops short is solved as load cases are."""
+    space, tip = cantilever()
+    other = replace(
+        tip, name="other end", supports=held(space, space.nodes[0] > 40.0 - 1e-9),
+        force=random_force(space, 37),
+    )  # fmt: skip
+    cases = [tip, other, replace(tip, name="turned", force=tip.force[[1, 2, 0]])]
+    system = prepare_elastic(space, steel(space), solver=ALWAYS)
+    for case, u in zip(cases, solve_roughly(system, cases, rtol=1e-4), strict=True):
+        free = ~case.supports.fixed
+        left = np.linalg.norm((case.force - matvec(system.matrix, u))[free])
+        assert 1e-7 < left / np.linalg.norm(case.force[free]) < 1.2e-4
+        assert not u[case.supports.fixed].any()
+    exact = solve_cases(system, cases)
+    monkeypatch.setattr(multigrid_solver, "MAX_ITERATIONS", 1)
+    short = prepare_elastic(space, steel(space), solver=ALWAYS)
+    for u, solution in zip(solve_roughly(short, cases, rtol=1e-4), exact, strict=True):
+        np.testing.assert_allclose(
+            u, solution.displacement, atol=1e-6 * abs(solution.displacement).max()
+        )
 
 
 def test_without_a_direct_solver_an_unfinished_answer_is_refused(monkeypatch):

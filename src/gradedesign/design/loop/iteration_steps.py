@@ -34,7 +34,7 @@ from gradedesign.mechanics.sizing.lattice_stiffness import (
     in_lattice,
     lattice_stiffness,
 )
-from gradedesign.mechanics.sizing.members import MemberField
+from gradedesign.mechanics.sizing.members import MemberField, Members
 from gradedesign.mechanics.sizing.responses import solve_adjoints
 from gradedesign.mechanics.sizing.size import SizingProblem, SizingResult, SizingStep
 from gradedesign.mechanics.sizing.size_members import size_members
@@ -146,10 +146,16 @@ def size_design(
         repr(sorted(cell.parameters.items())),
     )
 
-    def sized(problem: SizingProblem, start: FloatArray | None, most: int) -> SizingResult:
+    def sized(
+        problem: SizingProblem,
+        start: FloatArray | None,
+        most: int,
+        continuation: Sequence[Members] = (),
+    ) -> SizingResult:
         return stored_sizing(
-            problem, stated, start=start, max_iterations=most, keep=plan.keep, on_step=on_step
-        )
+            problem, stated, start=start, max_iterations=most, keep=plan.keep,
+            continuation=continuation, on_step=on_step,
+        )  # fmt: skip
 
     thickness = case.lattice.least_member
     if thickness is None:

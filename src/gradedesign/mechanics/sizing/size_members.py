@@ -7,7 +7,7 @@ of grey becomes bodies, whose surface is moved until the most used limit is met.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -29,16 +29,22 @@ from gradedesign.mechanics.sizing.problem import (
 )
 from gradedesign.mechanics.sizing.tied_members import tied
 
-#: Prices and sharpnesses of shares in turn, and the iterations for each. From free shares on: local
-#: optima of designs that begin with a price weigh up to a fifth more. Up to 64, where shares are
-#: bodies: the shares of `bracket` at 16 were a third stiffer than bodies of their volume, which had
-#: to weigh 35 g more. Iterations: chosen, not measured.
-STAGES = (
-    *((0.0, 0.0, 8), (3.0, 2.0, 6), (3.0, 4.0, 6), (3.0, 8.0, 6)),
-    *((3.0, 16.0, 8), (3.0, 32.0, 8), (3.0, 64.0, 8)),
-)
-#: Stages without bodies: their shares weigh less than bodies do, 166 instead of 178 g in `bracket`.
-_ROUGH = STAGES[:4]
+#: Iterations with free shares, from which designs begin: local optima of designs that begin with a
+#: price weigh up to a fifth more. Chosen, not measured.
+_FREE = 8
+#: Price of shares afterwards. Chosen, not measured.
+_PRICE = 3.0
+#: Sharpness of the step after the first iterations, and its factor in each further one: by larger
+#: ones the design leaves its limits by more than a step mends, and swings.
+_BLUNT, _SHARPER = 2.0, 2.0 ** (1 / 6)
+#: Sharpness where shares are bodies: the shares of `bracket` at 16 were a third stiffer than bodies
+#: of their volume, which had to weigh 35 g more.
+SHARP = 64.0
+#: That of shares without bodies, which weigh less than bodies do: 166 instead of 178 g in
+#: `bracket`.
+_ROUGH = 8.0
+#: Iterations at the last sharpness. Chosen, not measured.
+LAST = 8
 #: Share of solid that a first design begins with, and where cells carry next to nothing, so that it
 #: must not begin far beyond its limits. Chosen, not measured.
 _BEGINNING, _BEGINNING_ALONE = 0.05, 0.3
@@ -52,8 +58,8 @@ _MOST_OFFSETS, _NEAR = 5, 0.004
 #: and takes no more than half of the thinnest. Chosen, not measured.
 _FIRST_OFFSET, _MOST_OFFSET = 0.05, 0.25
 
-#: ``sized(problem, start, most iterations)``: one run of sizing.
-Sized = Callable[[SizingProblem, FloatArray | None, int], SizingResult]
+#: ``sized(problem, start, most iterations, continuation)``: one run of sizing.
+Sized = Callable[[SizingProblem, FloatArray | None, int, Sequence[Members]], SizingResult]
 #: ``bodied(field)``: the homogenised part with the bodies of a field of members.
 Bodied = Callable[[MemberField], HomogenisedModel]
 
@@ -73,7 +79,7 @@ def size_members(
     - ``problem``: without members
     - ``thickness``, mm: of the thinnest member
     - ``start (n,)``: variables of an earlier design, with which only the last stage is repeated
-    - ``sized``: ``sized(problem, start, most iterations)``
+    - ``sized``: ``sized(problem, start, most iterations, continuation)``
     - ``bodied``: the homogenised part with the bodies of a field of members; None: rough shares are
       the result
     - ``on_step``: receives the analyses of bodies; those of ``sized`` it receives there
@@ -84,7 +90,8 @@ def size_members(
     lo, hi = problem.bounds
     held = float(effective_density(part, np.full(part.volumes.size, hi)).max())
     with_cells = held > LEAST_MEMBER
-    x, history = start, list[SizingStep]()
+    x, last = start, _ROUGH if bodied is None else SHARP
+    members = replace(members, price=_PRICE, sharpness=last)
     if x is None:
         beginning = _BEGINNING if with_cells else _BEGINNING_ALONE
         x = np.concatenate(
@@ -93,22 +100,25 @@ def size_members(
                 np.full(members.filter.shape[1], LEAST_MEMBER + beginning),
             ]
         )
-    stages = _ROUGH if bodied is None else STAGES if start is None else STAGES[-1:]
-    for price, sharpness, most in stages:
-        members = replace(members, price=price, sharpness=sharpness)
-        result = sized(replace(problem, members=members), x, most)
-        x = result.variables
-        history += result.history
+    stages = [] if start is not None and bodied is not None else continuation(last)
+    way = [replace(members, price=price, sharpness=sharpness) for price, sharpness in stages]
+    result = sized(replace(problem, members=members), x, LAST, way)
     if result.members is None or bodied is None:
-        return replace(result, history=tuple(history))
+        return result
     field = result.members if with_cells else tied(part, members, result.members, thickness)
-    found, step = _moved(problem, bodied, result, field, thickness, len(history), on_step)
+    found, step = _moved(problem, bodied, result, field, thickness, len(result.history), on_step)
     return replace(
         result,
         members=found,
-        history=(*history, step),
+        history=(*result.history, step),
         feasible=step.utilisation <= 1.0,
     )
+
+
+def continuation(last: float) -> list[tuple[float, float]]:
+    """Price and sharpness of the iterations before the last sharpness: free, then sharper."""
+    steps = round(np.log(last / _BLUNT) / np.log(_SHARPER))
+    return [(0.0, 0.0)] * _FREE + [(_PRICE, _BLUNT * _SHARPER**k) for k in range(steps)]
 
 
 def _moved(
