@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import report_step
@@ -34,7 +35,7 @@ from gradedesign.mechanics.sizing.lattice_stiffness import (
     in_lattice,
     lattice_stiffness,
 )
-from gradedesign.mechanics.sizing.members import MemberField, Members
+from gradedesign.mechanics.sizing.members import MemberField
 from gradedesign.mechanics.sizing.responses import solve_adjoints
 from gradedesign.mechanics.sizing.size import SizingProblem, SizingResult, SizingStep
 from gradedesign.mechanics.sizing.size_members import size_members
@@ -146,20 +147,10 @@ def size_design(
         repr(sorted(cell.parameters.items())),
     )
 
-    def sized(
-        problem: SizingProblem,
-        start: FloatArray | None,
-        most: int,
-        continuation: Sequence[Members] = (),
-    ) -> SizingResult:
-        return stored_sizing(
-            problem, stated, start=start, max_iterations=most, keep=plan.keep,
-            continuation=continuation, on_step=on_step,
-        )  # fmt: skip
-
+    sized = partial(stored_sizing, stated=stated, keep=plan.keep, on_step=on_step)
     thickness = case.lattice.least_member
     if thickness is None:
-        return sized(sizing, plan.start, most)
+        return sized(sizing, start=plan.start, max_iterations=most)
 
     def bodied(members: MemberField) -> HomogenisedModel:
         return with_design(model, sizing.model.volumes, members).homogenised

@@ -7,7 +7,7 @@ of grey becomes bodies, whose surface is moved until the most used limit is met.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -39,12 +39,12 @@ _PRICE = 3.0
 _BLUNT, _SHARPER = 2.0, 2.0 ** (1 / 6)
 #: Sharpness where shares are bodies: the shares of `bracket` at 16 were a third stiffer than bodies
 #: of their volume, which had to weigh 35 g more.
-SHARP = 64.0
+_SHARP = 64.0
 #: That of shares without bodies, which weigh less than bodies do: 166 instead of 178 g in
 #: `bracket`.
 _ROUGH = 8.0
 #: Iterations at the last sharpness. Chosen, not measured.
-LAST = 8
+_LAST = 8
 #: Share of solid that a first design begins with, and where cells carry next to nothing, so that it
 #: must not begin far beyond its limits. Chosen, not measured.
 _BEGINNING, _BEGINNING_ALONE = 0.05, 0.3
@@ -58,8 +58,8 @@ _MOST_OFFSETS, _NEAR = 5, 0.004
 #: and takes no more than half of the thinnest. Chosen, not measured.
 _FIRST_OFFSET, _MOST_OFFSET = 0.05, 0.25
 
-#: ``sized(problem, start, most iterations, continuation)``: one run of sizing.
-Sized = Callable[[SizingProblem, FloatArray | None, int, Sequence[Members]], SizingResult]
+#: ``sized(problem, start=, max_iterations=, continuation=)``: one run of `size`.
+Sized = Callable[..., SizingResult]
 #: ``bodied(field)``: the homogenised part with the bodies of a field of members.
 Bodied = Callable[[MemberField], HomogenisedModel]
 
@@ -79,7 +79,7 @@ def size_members(
     - ``problem``: without members
     - ``thickness``, mm: of the thinnest member
     - ``start (n,)``: variables of an earlier design, with which only the last stage is repeated
-    - ``sized``: ``sized(problem, start, most iterations, continuation)``
+    - ``sized``: ``sized(problem, start=, max_iterations=, continuation=)``, as `size`
     - ``bodied``: the homogenised part with the bodies of a field of members; None: rough shares are
       the result
     - ``on_step``: receives the analyses of bodies; those of ``sized`` it receives there
@@ -90,7 +90,7 @@ def size_members(
     lo, hi = problem.bounds
     held = float(effective_density(part, np.full(part.volumes.size, hi)).max())
     with_cells = held > LEAST_MEMBER
-    x, last = start, _ROUGH if bodied is None else SHARP
+    x, last = start, _ROUGH if bodied is None else _SHARP
     members = replace(members, price=_PRICE, sharpness=last)
     if x is None:
         beginning = _BEGINNING if with_cells else _BEGINNING_ALONE
@@ -100,9 +100,10 @@ def size_members(
                 np.full(members.filter.shape[1], LEAST_MEMBER + beginning),
             ]
         )
-    stages = [] if start is not None and bodied is not None else continuation(last)
+    stages = [] if start is not None and bodied is not None else _continuation(last)
     way = [replace(members, price=price, sharpness=sharpness) for price, sharpness in stages]
-    result = sized(replace(problem, members=members), x, LAST, way)
+    sharp = replace(problem, members=members)
+    result = sized(sharp, start=x, max_iterations=_LAST, continuation=way)
     if result.members is None or bodied is None:
         return result
     field = result.members if with_cells else tied(part, members, result.members, thickness)
@@ -115,7 +116,12 @@ def size_members(
     )
 
 
-def continuation(last: float) -> list[tuple[float, float]]:
+def member_iterations(*, first: bool) -> int:
+    """Iterations of the first sizing with members, or of a later one."""
+    return _LAST + (len(_continuation(_SHARP)) if first else 0)
+
+
+def _continuation(last: float) -> list[tuple[float, float]]:
     """Price and sharpness of the iterations before the last sharpness: free, then sharper."""
     steps = round(np.log(last / _BLUNT) / np.log(_SHARPER))
     return [(0.0, 0.0)] * _FREE + [(_PRICE, _BLUNT * _SHARPER**k) for k in range(steps)]
