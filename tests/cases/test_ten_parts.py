@@ -14,7 +14,7 @@ EDGE = 1.2
 @pytest.fixture
 def without_bodies_of_its_own(monkeypatch):
     """Leave out the run's own tetrahedra, whose values a band is widened to hold."""
-    monkeypatch.setattr("gradedesign.design.loop.accepted._body_fitted", lambda *_: NO_SUBMODELS)
+    monkeypatch.setattr("gradedesign.design.loop.accepted.body_fitted", lambda *_: NO_SUBMODELS)
 
 
 def rows_of(case, tmp_path):

@@ -75,31 +75,12 @@ def draft_case(
     - ``auto``: whether damage is repaired that needs a choice, as ``[part] repair = "auto"`` does
     - ``bodies``: one of `BODIES`, as ``[part] bodies``
     """
-    if not path.is_file():
-        raise CaseError(f"{path}: no such file; expected the file of a part")
     stated = {} if units is None else {"units": units}
     if auto:
         stated["repair"] = "auto"
     if bodies != "one":
         stated["bodies"] = bodies
-    shape = _shape(path, stated)
-    readers = part_readers(shape, RunSpec().memory, registry)
-    suffix = path.suffix.lower()
-    for reader in registry.readers.values():
-        if reader.key and suffix in reader.suffixes:
-            raise CaseError(
-                f"{path.name} is read as only its user can say: write the case with a table "
-                f"[part.{reader.key}], see docs/parts.md"
-            )
-    if units is None:
-        raw = readers[suffix](path)
-        if raw.unit is None:
-            box = " x ".join(f"{edge:.4g}" for edge in np.ptp(raw.corners.reshape(-1, 3), axis=0))
-            raise CaseError(
-                f"{path.name} carries no unit, and its box is {box} of them; state one of "
-                + ", ".join(f'units="{unit}"' for unit in UNITS)
-            )
-    part = read_part(shape, {}, readers, Where(file=path.name))
+    part = part_of_file(path, registry, stated)
     groups = round_shapes(part.surface, part.faces)
     regions: dict[str, Region] = {}
     lines: dict[str, str] = {}
@@ -126,6 +107,37 @@ def draft_case(
         others=tuple(g for g in groups if not (g.kind in _HOLLOW and _hole_name(g) in lines)),
         cell_size=float(f"{2.0 * part.volume / area:.2g}"),
     )
+
+
+def part_of_file(
+    path: Path, registry: Registry, stated: Mapping[str, str], unit: str | None = None
+) -> Part:
+    """Read a file with these keys of ``[part]`` and none else; errors as of `draft_case`.
+
+    ``unit``: of a file that carries none, where none is stated.
+    """
+    if not path.is_file():
+        raise CaseError(f"{path}: no such file; expected the file of a part")
+    shape = _shape(path, stated)
+    readers = part_readers(shape, RunSpec().memory, registry)
+    suffix = path.suffix.lower()
+    for reader in registry.readers.values():
+        if reader.key and suffix in reader.suffixes:
+            raise CaseError(
+                f"{path.name} is read as only its user can say: write the case with a table "
+                f"[part.{reader.key}], see docs/parts.md"
+            )
+    if "units" not in stated:
+        raw = readers[suffix](path)
+        if raw.unit is None and unit is None:
+            box = " x ".join(f"{edge:.4g}" for edge in np.ptp(raw.corners.reshape(-1, 3), axis=0))
+            raise CaseError(
+                f"{path.name} carries no unit, and its box is {box} of them; state one of "
+                + ", ".join(f'units="{unit}"' for unit in UNITS)
+            )
+        if raw.unit is None and unit is not None:
+            shape = _shape(path, {**stated, "units": unit})
+    return read_part(shape, {}, readers, Where(file=path.name))
 
 
 def _shape(path: Path, stated: Mapping[str, str]) -> PartSpec:

@@ -119,14 +119,14 @@ def accept_design(
     announce.took("whole printed surface", time.perf_counter() - began)
     limited = limits_stress(limits)
     announce.warnings(yielding_words(whole.result.yields, "the printed solid", limited=limited))
-    by_submodels = _judged_by_submodels(run, analysed)
-    waits = by_submodels and _can_wait(iteration, whole)
+    remeshing = (analysed.result.volume, analysed.remeshed_size)
+    waits = _judged_by_submodels(run, *remeshing) and _can_wait(iteration, whole)
     if waits:
         acceptance = NO_SUBMODELS
         announce.say("acceptance", "submodels wait for the last design: stress is far from its "
                      "limit, and a lighter design is looked for")  # fmt: skip
     else:
-        acceptance = _body_fitted(limits, run, bodies, analysed, announce)
+        acceptance = body_fitted(limits, run, bodies, remeshing, announce)
     exported = (surface, islands, digest)
     return _accepted(limits, exported, iteration, analysed, bodies, acceptance, postponed=waits)
 
@@ -135,10 +135,11 @@ def judge_stress(
     limits: Sequence[Limit], run: RunSpec, accepted: Accepted, announce: Announcer
 ) -> Accepted:
     """Have the submodels judge a design for which they were postponed."""
-    done, bodies = accepted, accepted.bodies
-    acceptance = _body_fitted(limits, run, bodies, done.analysed, announce)
+    done, bodies, analysed = accepted, accepted.bodies, accepted.analysed
+    remeshing = (analysed.result.volume, analysed.remeshed_size)
+    acceptance = body_fitted(limits, run, bodies, remeshing, announce)
     exported = (done.surface, done.islands, done.sha256)
-    return _accepted(limits, exported, done.iteration, done.analysed, bodies, acceptance)
+    return _accepted(limits, exported, done.iteration, analysed, bodies, acceptance)
 
 
 def _accepted(
@@ -151,18 +152,9 @@ def _accepted(
     *,
     postponed: bool = False,
 ) -> Accepted:
-    """Judge a design by the two analyses of its printed surface.
-
-    Finite cells analyse the whole surface and give every row. Where the whole surface or submodels
-    of it were meshed anew as well, that analysis corrects the rows that it can judge.
-    """
+    """Judge a design by the two analyses of its printed surface."""
     (surface, islands, digest), whole = exported, bodies.whole
-    if acceptance.scope == "whole":
-        rows = with_remeshed(limits, whole.rows, acceptance)
-    elif acceptance.scope == "submodels":
-        rows = with_submodels(limits, whole.rows, acceptance)
-    else:
-        rows = not_remeshed(whole.rows) if acceptance.failed else whole.rows
+    rows = corrected_rows(limits, whole.rows, acceptance)
     pairs = zip(whole.rows, rows, strict=True)
     fitted = [new for old, new in pairs if new.judged_by != old.judged_by and not new.converges]
     rows = with_other_body(bodies, rows)
@@ -184,9 +176,23 @@ def _accepted(
     )
 
 
-def _judged_by_submodels(run: RunSpec, analysed: Analysed) -> bool:
+def corrected_rows(
+    limits: Sequence[Limit], rows: Sequence[LimitRow], acceptance: Acceptance
+) -> tuple[LimitRow, ...]:
+    """Rows of finite cells on the whole surface, corrected by what was meshed anew of it.
+
+    That analysis corrects the rows that it can judge.
+    """
+    if acceptance.scope == "whole":
+        return with_remeshed(limits, rows, acceptance)
+    if acceptance.scope == "submodels":
+        return with_submodels(limits, rows, acceptance)
+    return not_remeshed(rows) if acceptance.failed else tuple(rows)
+
+
+def _judged_by_submodels(run: RunSpec, volume: float, size: float) -> bool:
     """Whether stress is judged by submodels and not by a mesh of the whole surface."""
-    tets = mesher_tets(analysed.result.volume, analysed.remeshed_size)
+    tets = mesher_tets(volume, size)
     return choose_scope(run.acceptance, tets, run.time) == "submodels"
 
 
@@ -201,14 +207,16 @@ def _can_wait(iteration: DesignIteration, whole: WholeJudgement) -> bool:
     )
 
 
-def _body_fitted(
+def body_fitted(
     limits: Sequence[Limit],
     run: RunSpec,
     bodies: Bodies,
-    analysed: Analysed,
+    remeshing: tuple[float, float],
     announce: Announcer,
 ) -> Acceptance:
     """Mesh and analyse the surface again, whole or around its most stressed cells.
+
+    ``remeshing``: volume of the solid, mm^3, and the surface size that resolves its walls, mm.
 
     Stated budgets alone decide which of them: never the time that is left. Submodels judge stress
     alone, and are left out where no limit is on it, unless the case asks for them by name. Where no
@@ -218,14 +226,14 @@ def _body_fitted(
     failed.
     """
     surface, solid, whole = bodies.surface, bodies.solid, bodies.whole
-    by_submodels = _judged_by_submodels(run, analysed)
+    by_submodels = _judged_by_submodels(run, *remeshing)
     if by_submodels and run.acceptance != "submodels" and not limits_stress(limits):
         announce.say("acceptance", "submodels left out: no limit is on stress, which they judge")
         return NO_SUBMODELS
     if by_submodels and (broken := _broken_anyhow(whole.rows)):
         announce.say("acceptance", f"submodels left out: {broken} is broken whatever they show")
         return NO_SUBMODELS
-    size, refused = analysed.remeshed_size, list[str]()
+    size, refused = remeshing[1], list[str]()
     clock = Deadline(run.time)
 
     def submodels() -> Acceptance:

@@ -159,14 +159,16 @@ def size_design(
     return size_members(sizing, thickness, plan.start, sized, made, on_step)
 
 
-def build_design(domain: DesignDomain, cells: CellChoice, grid: DensityGrid) -> LatticeDesign:
+def build_design(
+    domain: DesignDomain, cells: CellChoice, density: DensityGrid | float
+) -> LatticeDesign:
     """The lattice of a density field."""
     return LatticeDesign(
         domain=domain,
         cells=single(cells.cell) if cells.zoning is None else cells.zoning.cells,
         cell_map=cells.layout.cell_map,
         cell_size=cells.layout.typical,
-        density=grid,
+        density=density,
     )
 
 

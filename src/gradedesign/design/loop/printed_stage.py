@@ -53,15 +53,43 @@ def printed_stage(
     ``result``. ``rho`` is the density of every element of the part, from which the cost of a
     spacing follows.
     """
-    run, division = model.plan.case.run, result.solved.division
-    planned = replace(planned_design(model, rho), volume=result.volume)
+    return surface_stage(
+        model,
+        surface,
+        solid,
+        replace(planned_design(model, rho), volume=result.volume),
+        spacing=min(
+            first_spacing(model.plan.tools.analysis, result.mesh_size, cell)
+            for cell, _, _ in cells_in_zones(model.cells)
+        ),
+        unknowns=result.solved.division.unknowns,
+        on_event=on_event,
+    )
+
+
+def surface_stage(
+    model: DesignModel,
+    surface: SurfaceMesh,
+    solid: PrintedSolid,
+    planned: PlannedSolid,
+    *,
+    spacing: float,
+    unknowns: int,
+    on_event: Listener,
+) -> WholeStage:
+    """Finite cells on a closed surface, from a first spacing, mm, on.
+
+    ``planned``: that surface, for the cost of a spacing. ``unknowns``: of an analysis whose result
+    stays in memory meanwhile.
+    """
+    run = model.plan.case.run
     search, volume = surface_search(surface), enclosed_volume(surface)
     goals: dict[Hashable, DisplacementGoal] = {
         limit.key: goal for limit in model.limits if (goal := limit.goal()) is not None
     }
 
     def need(spacing: float) -> tuple[bool, str]:
-        size = finer_estimate(planned, spacing, division.unknowns)
+        size = finer_estimate(planned, spacing, unknowns)
         return within_budgets(size, run.memory, run.time), (
             f"{size.unknowns / 1e6:.2g} M unknowns, about {size.memory_bytes / 1e9:.2g} of "
             f"{run.memory / 1e9:.3g} GB of [run] memory, and {seconds(size):.0f} s of "
@@ -80,10 +108,7 @@ def printed_stage(
 
     return WholeStage(
         analyse=analyse,
-        spacing=min(
-            first_spacing(model.plan.tools.analysis, result.mesh_size, cell)
-            for cell, _, _ in cells_in_zones(model.cells)
-        ),
+        spacing=spacing,
         ratio=RATIO,
         orders=ORDERS,
         judged_by="finite cells on the whole printed surface",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,7 @@ from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree, ra
 #: Rays of a measurement. The thinnest 0.1 % then rest on 100 of them.
 RAYS = 100_000
 #: Percentiles by area that are reported, %. Chosen, not measured.
-_PERCENTILES = (0.1, 1.0, 5.0, 50.0)
+PERCENTILES = (0.1, 1.0, 5.0, 50.0)
 #: Largest share of rays that may find no way out of a closed surface by rounding.
 _MOST_LOST = 1e-4
 
@@ -36,7 +36,9 @@ class WallThickness:
     )
 
 
-def wall_thickness(surface: SurfaceMesh, rays: int = RAYS) -> WallThickness:
+def wall_thickness(
+    surface: SurfaceMesh, rays: int = RAYS, percentiles: Sequence[float] = PERCENTILES
+) -> WallThickness:
     """Measure the thickness of a closed solid behind its surface.
 
     A plate, a shell and a strut have their thickness or diameter. The face of a cut, such as a
@@ -56,9 +58,9 @@ def wall_thickness(surface: SurfaceMesh, rays: int = RAYS) -> WallThickness:
             f"thickness: {lost} of {len(length)} rays into the solid find no way out; the "
             "surface is open, repair it"
         )
-    values = np.percentile(thickness, _PERCENTILES)
+    values = np.percentile(thickness, percentiles)
     return WallThickness(
-        percentiles_mm={f"{p:g}": float(v) for p, v in zip(_PERCENTILES, values, strict=True)},
+        percentiles_mm={f"{p:g}": float(v) for p, v in zip(percentiles, values, strict=True)},
         rays=len(thickness),
     )
 

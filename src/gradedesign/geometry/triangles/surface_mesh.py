@@ -46,6 +46,29 @@ def area_vectors(surface: SurfaceMesh) -> FloatArray:
     return 0.5 * np.cross(b - a, c - a)
 
 
+def integral_mean_curvature(surface: SurfaceMesh) -> float:
+    """Integral of mean curvature over a closed surface, mm; positive where it is convex.
+
+    Half the sum of length times turn over its edges: of a convex body the integral of mean
+    curvature of what it grows to (Santalo, Integral Geometry, 1976, chapter III.13).
+    """
+    start, count = surface.faces.ravel(), len(surface.vertices)
+    end = np.roll(surface.faces, -1, axis=1).ravel()
+    ahead, back = start * count + end, end * count + start
+    order = np.argsort(ahead)
+    once = start < end
+    twin = order[np.searchsorted(ahead, back[once], sorter=order) % len(order)]
+    normals = area_vectors(surface)
+    normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    mine, other = normals[np.flatnonzero(once) // 3], normals[twin // 3]
+    along = surface.vertices[end[once]] - surface.vertices[start[once]]
+    # The cross product of the normals points along the edge: its length times the turn's sine.
+    across = np.einsum("ij,ij->i", np.cross(mine, other), along)
+    length = np.linalg.norm(along, axis=1)
+    turn = np.arctan2(across, length * np.einsum("ij,ij->i", mine, other))
+    return float(0.5 * length @ turn)
+
+
 def enclosed_volume(surface: SurfaceMesh) -> float:
     """Signed enclosed volume by the divergence theorem, mm^3; positive if normals point out."""
     if len(surface.faces) == 0:

@@ -29,6 +29,15 @@ def elements_per_wall(cell: Cell) -> float:
     return PER_STRUT if _has_struts(cell) else PER_SHEET
 
 
+def elements_across(volume: float, area: float, curvature: float) -> float:
+    """Bricks across the walls or struts of any solid, as `elements_per_wall`.
+
+    The diameter of its struts, if it has any, is four times its volume, mm^3, over the area of its
+    surface, mm^2. ``curvature``, mm: integral of mean curvature over that.
+    """
+    return PER_STRUT if curvature / area * (4.0 * volume / area) >= _CURVED else PER_SHEET
+
+
 def _has_struts(cell: Cell) -> bool:
     """Whether a cell consists of struts rather than of walls."""
     low, high = cell.window

@@ -254,6 +254,33 @@ def check(
 
 
 @app.command()
+def judge(
+    case: _CasePath,
+    body: Annotated[Path, typer.Argument(help="The body, in the place of the case's part.")],
+    units: Annotated[
+        str | None,
+        typer.Option("--units", help="Unit of a file that carries none [that of the part: mm]."),
+    ] = None,
+    allow_outside: Outside = False,
+    strict_plugins: Strict = False,
+    as_json: Json = False,
+) -> None:
+    """Judge a body made elsewhere by the limits of a case, as a design of ours."""
+    _require_text(case, allow_outside=allow_outside)
+    from gradedesign.program.commands.judge import judge as command
+
+    code = command(
+        case,
+        body,
+        units=units,
+        allow_outside=allow_outside,
+        strict_plugins=strict_plugins,
+        as_json=as_json,
+    )
+    raise typer.Exit(code)
+
+
+@app.command()
 def preview(
     case: Annotated[Path, typer.Argument(help="The case file, its folder, or a run folder.")],
     output: Annotated[

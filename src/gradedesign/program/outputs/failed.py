@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 
+from gradedesign.design.case.read_case import part_files
 from gradedesign.design.case.schema import Case
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.resolve.registry import Registry
@@ -51,7 +52,7 @@ def recording_failure(
             folder=out.path,
             timing_s=timing(),
         )
-        failed = stamped(out, case.part, failed)
+        failed = stamped(failed, part_files(case.part))
         files: dict[str, str] = {}
         outputs = [
             output for output in stated_outputs(case.output.formats, registry) if output.last

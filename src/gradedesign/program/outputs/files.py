@@ -14,6 +14,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.atomic import replacing_path
 from gradedesign.common.system.progress import report_step
+from gradedesign.design.case.read_case import part_files
 from gradedesign.design.case.schema import Case
 from gradedesign.design.loop.announce import Announcer
 from gradedesign.design.loop.designed import density_grid, with_design
@@ -205,7 +206,7 @@ def _finish(
                     ]
                 warnings += told
     files["result"] = RESULT_NAME
-    result = stamped(out, case.part, result, printed)
+    result = stamped(result, part_files(case.part), out.checksums(printed))
     for output in outputs:
         if output.last:
             warnings += output.write(run)

@@ -2,39 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from datetime import UTC, datetime
 from importlib import metadata
+from pathlib import Path
+from types import MappingProxyType
 
-from gradedesign.design.case.read_case import part_files
 from gradedesign.design.verdict.result import RunResult
-from gradedesign.geometry.part.part_schema import PartSpec
 from gradedesign.program.store.manifest import measure_artefact
-from gradedesign.program.store.run_folder import RunFolder
 
 
 def stamped(
-    out: RunFolder, part: PartSpec, result: RunResult, printed: Iterable[str] = ()
+    result: RunResult, read: Iterable[Path], printed: Mapping[str, str] = MappingProxyType({})
 ) -> RunResult:
     """The result with its date, the version that made it, and the checksums of files.
 
     None of them enters the hash of the case: a finished run that is resumed keeps its own.
 
-    ``part``: whose files are read again for their checksums. ``printed``: names of the files of the
-    printed lattice; those that were not written are left out.
+    ``read``: files whose checksums are taken, where they are still there. ``printed``: checksums of
+    the files of the printed lattice, by name.
     """
-    written = out.artefacts()
     return replace(
         result,
         date=datetime.now(UTC).isoformat(timespec="seconds"),
         version=metadata.version("gradedesign"),
         checksums={
-            "part": {
-                path.name: measure_artefact(path).sha256
-                for path in part_files(part)
-                if path.is_file()
-            },
-            "print": {name: written[name].sha256 for name in printed if name in written},
+            "part": {path.name: measure_artefact(path).sha256 for path in read if path.is_file()},
+            "print": dict(printed),
         },
     )

@@ -9,7 +9,7 @@ import hashlib
 import logging
 import re
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -131,6 +131,11 @@ class RunFolder:
         """Return what the manifest holds, by name."""
         manifest = read_manifest(self.path)
         return {} if manifest is None else manifest.artefacts
+
+    def checksums(self, names: Iterable[str]) -> dict[str, str]:
+        """SHA-256 of those of the named files that the manifest holds."""
+        written = self.artefacts()
+        return {name: written[name].sha256 for name in names if name in written}
 
     def damaged_artefacts(self) -> tuple[str, ...]:
         """Return the names in the manifest whose file is missing or differs from its checksum."""
