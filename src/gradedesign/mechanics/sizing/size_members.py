@@ -31,7 +31,7 @@ from gradedesign.mechanics.sizing.tied_members import tied
 
 #: Iterations with free shares, from which designs begin: local optima of designs that begin with a
 #: price weigh up to a fifth more. Chosen, not measured.
-_FREE = 8
+_FREE = 16
 #: Price of shares afterwards. Chosen, not measured.
 _PRICE = 3.0
 #: Sharpness of the step after the first iterations, and its factor in each further one: by larger
