@@ -127,8 +127,8 @@ def _unjudged(limits: LimitsSpec, where: Where) -> tuple[str, ...]:
         return ()
     return (
         f"{where('limits')}: not judged: the density is stated, so the run ends with its "
-        f"lattice; density = [lowest, highest] has the lightest one found, and two equal numbers "
-        f"that density judged",
+        f"lattice; `gradedesign judge` judges the file that it writes, and density = [lowest, "
+        f"highest] has the lightest one found",
     )
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from gradedesign.design.acceptance.whole_solid import WholeStage
@@ -21,7 +19,7 @@ from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.verdict.common import common_entries, solid_mass
 from gradedesign.design.verdict.printable import thickness_data
-from gradedesign.design.verdict.reasons import why_met, why_not
+from gradedesign.design.verdict.reasons import why_not
 from gradedesign.design.verdict.result import RunResult
 from gradedesign.errors import CaseError
 from gradedesign.geometry.part.part import Part
@@ -37,17 +35,16 @@ from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
 from gradedesign.mechanics.explicit.small_solid import small_solid_spacing
 from gradedesign.mechanics.explicit.yielding import yielding_words
 from gradedesign.mechanics.fe.modes import mode_room
-from gradedesign.mechanics.limits.limit import limits_stress, mode_goals
-from gradedesign.mechanics.limits.verdict import all_hold
+from gradedesign.mechanics.limits.limit import Limit, limits_stress, mode_goals
+from gradedesign.mechanics.limits.verdict import all_hold, unsure_words, worst_utilisation
 
-#: Percentile of the thickness, by area, from which the first elements follow: rims of sheets that
-#: faces cut are the thinnest 5 % of `mini`, at a third of the walls, and gave 1.5 M unknowns to what
-#: 0.1 M decide.
+#: Percentile of the thickness, by area, from which the first elements follow: what is thinner is
+#: mostly rims of sheets that faces cut. Chosen, not measured.
 _THIN = 10.0
 #: Over the part's diagonal: how far a body may reach beyond the part before it is taken to be
 #: another part's, or in another unit, and how far before it is said. Chosen, not measured.
 _BEYOND, _SAID = 0.01, 0.001
-_ENDED = Ended(by="judged", words="the body is judged as it is, and nothing is designed")
+_JUDGED, _AS_IS = "judged", "the body is judged as it is, and nothing is designed"
 
 
 def judge_body(
@@ -100,35 +97,50 @@ def judge_body(
     announce.limits("acceptance", rows)
     unjudged = unjudged_words(rows, (*found.refused, *bodies.refused), acceptance.refused)
     known = {row.key for row in rows}
+    left = [_named(limit) for limit in limits if limit.key not in known]
     holds = all_hold(rows) and not without_band(rows)
-    ended = replace(_ENDED, words=f"{_ENDED.words}{unjudged and f'; {unjudged}'}")
+    words = "; ".join(
+        text for text in (_AS_IS, unjudged, left and f"not judged: {', '.join(left)}") if text
+    )
+    if holds:
+        used = worst_utilisation(rows)
+        reason = (
+            f"every limit holds at the unfavourable end of its band; the most used one to "
+            f"{used:.1%}; {words}"
+        )
+    else:
+        reason = why_not(rows, Ended(by=_JUDGED, words=words), model.solid)
     yields = yielding_words(found.result.yields, "the body", limited=limits_stress(limits))
-    entries = common_entries(model, registry)
+    # Warnings on the model are on cells that the body need not have.
     warnings = (
-        *(words for words in entries.pop("warnings") if words not in entries["yields"]),
+        *registry.notes,
+        *unsure_words(model.solid),
         *body.report.warnings,
         *_beyond_words(beyond, plan.part.diagonal),
         *(
-            f"{limit.name} ({limit.key.load_case}): not judged: it is known of the homogenised "
-            "lattice alone, and what cells a body made elsewhere has is not known"
-            for limit in limits
-            if limit.key not in known
+            f"{name}: not judged: it is known of the homogenised lattice alone, and what cells a "
+            "body made elsewhere has is not known"
+            for name in left
         ),
     )
     mass, whole = body.volume * plan.material.density * 1e6, solid_mass(model.homogenised)
     return RunResult(
         status="met" if holds else "not_met",
         lightest=False,
-        reason=why_met(rows, ended, tight=False)[0] if holds else why_not(rows, ended, model.solid),
-        ended_by=ended.by,
+        reason=reason,
+        ended_by=_JUDGED,
         limits=rows,
         mass_g=mass,
         relative_density=mass / whole,
         printed={**thickness_data(thickness), "elements_mm": found.result.mesh_size},
-        warnings=warnings,
         timing_s=announce.timing(),
-        **{**entries, "yields": yields},
+        **{**common_entries(model, registry), "yields": yields, "warnings": warnings},
     )
+
+
+def _named(limit: Limit) -> str:
+    """A limit with its load case, where it has one."""
+    return f"{limit.name} ({limit.key.load_case})" if limit.key.load_case else limit.name
 
 
 def _planned(model: DesignModel, body: Part) -> PlannedSolid:

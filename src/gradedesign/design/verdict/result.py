@@ -37,7 +37,7 @@ class RunResult(ShownRecord):
         hold a limit. ``refused``: the next design could not be analysed. ``unjudged``: two
         designs in succession could be analysed at one resolution only, or not meshed anew.
         ``unaccepted``: acceptance of a design failed. ``solid``: the solid part breaks a limit.
-        ``stop_after``: as the case asks. ``error``.
+        ``stop_after``: as the case asks. ``judged``: a body made elsewhere. ``error``.
     limits : tuple of LimitRow
         Of a run that failed, those of its last iteration.
     solid : tuple of LimitRow

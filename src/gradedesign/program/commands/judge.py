@@ -14,6 +14,7 @@ from gradedesign.design.resolve.solid import solve_solid, with_solid
 from gradedesign.design.verdict.judged import judge_body
 from gradedesign.design.verdict.result import as_json as plain
 from gradedesign.errors import UNMET, CaseError
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.part.part_schema import UNITS
 from gradedesign.program.commands.plugins import registry_for
 from gradedesign.program.commands.progress_lines import ProgressLines
@@ -21,6 +22,9 @@ from gradedesign.program.commands.run import print_verdict
 from gradedesign.program.commands.show import print_json
 from gradedesign.program.host.read_case import load_case
 from gradedesign.program.outputs.provenance import stamped
+
+#: Keys of a lattice whose density is looked for.
+_SOUGHT = {"density": LatticeSpec.model_fields["density"].default, "density_map": None}
 
 
 def judge(
@@ -35,13 +39,14 @@ def judge(
     """Judge a body, print the verdict and return the exit code: that of a run with that status."""
     registry = registry_for(strict_plugins=strict_plugins)
     case = load_case(path, allow_outside=allow_outside, registry=registry)
-    if case.lattice.stated or case.limits.empty:
+    if case.limits.empty:
         raise CaseError(
-            f"{case.where('lattice.density' if case.lattice.stated else 'limits')}: the case "
-            f"has {'a stated density' if case.lattice.stated else 'no limits'}, and a body is "
-            f"judged by limits of a design; expected a case that `gradedesign check` takes, with "
-            f"[limits] and a density that is looked for"
+            f"{case.where('limits')}: the case has no limits, by which a body is judged; expected "
+            f"e.g. safety_factor = 2 in [limits]"
         )
+    if case.lattice.stated:
+        # What is judged has its density in its surface.
+        case = case.model_copy(update={"lattice": case.lattice.model_copy(update=_SOUGHT)})
     if units is not None and units not in UNITS:
         raise CaseError(f"--units: found {shown(units)}; {instead(units, UNITS)}")
     registry = with_own_cell(case.lattice, registry, case.where)

@@ -166,4 +166,5 @@ def print_verdict(result: RunResult) -> None:
     if result.acceptance:
         print_text(scope_words(result.acceptance), hang=2)
     print_warnings(told for told in result.warnings if told not in result.yields)
-    print_files(result.folder, result.files.values())
+    if result.files:
+        print_files(result.folder, result.files.values())
