@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +18,7 @@ from gradedesign.design.acceptance.whole_resolution import (
     within_budgets,
 )
 from gradedesign.design.acceptance.whole_solid import WholeStage
+from gradedesign.design.case.run_schema import RunSpec
 from gradedesign.design.resolve.cell_choice import CellChoice, cells_in_zones
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.planned_solid import planned_part, planned_solid
@@ -32,7 +33,7 @@ from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS, ORDERS
 from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
 from gradedesign.mechanics.fe.displacement_goal import DisplacementGoal
 from gradedesign.mechanics.fe.modes import mode_room
-from gradedesign.mechanics.limits.limit import mode_goals
+from gradedesign.mechanics.limits.limit import Limit, mode_goals
 
 #: The field is exact within this many elements of the surface. Farther samples change no element:
 #: where an edge of a sub-cell's tetrahedra may cross the surface, second differences reach 0.96.
@@ -54,7 +55,8 @@ def printed_stage(
     spacing follows.
     """
     return surface_stage(
-        model,
+        model.limits,
+        model.plan.case.run,
         surface,
         solid,
         replace(planned_design(model, rho), volume=result.volume),
@@ -68,7 +70,8 @@ def printed_stage(
 
 
 def surface_stage(
-    model: DesignModel,
+    limits: Sequence[Limit],
+    run: RunSpec,
     surface: SurfaceMesh,
     solid: PrintedSolid,
     planned: PlannedSolid,
@@ -82,10 +85,9 @@ def surface_stage(
     ``planned``: that surface, for the cost of a spacing. ``unknowns``: of an analysis whose result
     stays in memory meanwhile.
     """
-    run = model.plan.case.run
     search, volume = surface_search(surface), enclosed_volume(surface)
     goals: dict[Hashable, DisplacementGoal] = {
-        limit.key: goal for limit in model.limits if (goal := limit.goal()) is not None
+        limit.key: goal for limit in limits if (goal := limit.goal()) is not None
     }
 
     def need(spacing: float) -> tuple[bool, str]:

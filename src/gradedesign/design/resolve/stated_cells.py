@@ -173,7 +173,15 @@ def placed_cells(
             cells, measures = _joined(cells, None, least_density(density))
     else:
         return cells, measures
-    cells, errors = _levelled(case, cells, share, cell_map, density, domain)
+    cells, errors = _levelled(
+        cells,
+        share,
+        cell_map,
+        density,
+        domain,
+        cell_size=case.lattice.cell_size,
+        memory=case.run.memory,
+    )
     return cells, measures | errors
 
 
@@ -198,18 +206,20 @@ def _joined(
 
 
 def _levelled(
-    case: Case,
     cells: Cells,
     share: Field,
     cell_map: Field,
     density: DensityGrid | float,
     domain: DesignDomain,
+    *,
+    cell_size: float,
+    memory: int,
 ) -> tuple[Cells, dict[str, float]]:
     """Cells with the level that gives every cell its density, and their errors of density.
 
     ``share`` gives the place along the row of cells, 0 to 1, at points ``(3, ...)`` mm.
     """
-    spacing, count = case.lattice.cell_size / _PLACES_PER_CELL, len(cells.members)
+    spacing, count = cell_size / _PLACES_PER_CELL, len(cells.members)
     x, y, z = (int(n) for n in np.ceil((domain.upper - domain.lower) / spacing))
     middles = domain.lower + 0.5 * spacing
     points = grid_points(middles, (0, 0, 0), (x, y, z), spacing).reshape(3, -1)
@@ -219,7 +229,7 @@ def _levelled(
         lambda u, share: cells.shape(np.concatenate([u, row_weights(share, count)])),
         cells.period,
         (cell_map(points), share(points), np.broadcast_to(rho, points.shape[1:])),
-        memory_limit_bytes=case.run.memory,
+        memory_limit_bytes=memory,
     )
     placed = replace(cells, weights=lambda p: row_weights(share(p), count), excess=found.at)
     return placed, {

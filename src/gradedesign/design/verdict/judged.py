@@ -1,177 +1,40 @@
-"""A body made elsewhere, judged by the limits of a case as acceptance judges a design."""
+"""The result record of a body made elsewhere."""
 
 from __future__ import annotations
 
-import numpy as np
-
-from gradedesign.design.acceptance.whole_solid import WholeStage
-from gradedesign.design.loop.accepted import body_fitted, corrected_rows
-from gradedesign.design.loop.accepted_rows import unjudged_words, without_band
-from gradedesign.design.loop.analysed import printed_solid
 from gradedesign.design.loop.announce import Announcer
-from gradedesign.design.loop.bodies import judge_bodies, with_other_body
-from gradedesign.design.loop.ended import Ended
-from gradedesign.design.loop.iteration_steps import build_design
-from gradedesign.design.loop.printed_stage import surface_stage
-from gradedesign.design.printing.as_built_body import as_built_body
-from gradedesign.design.printing.wall_thickness import PERCENTILES, wall_thickness
+from gradedesign.design.loop.judged_body import judge_body
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.verdict.common import common_entries, solid_mass
 from gradedesign.design.verdict.printable import thickness_data
-from gradedesign.design.verdict.reasons import why_not
+from gradedesign.design.verdict.reasons import why_judged
 from gradedesign.design.verdict.result import RunResult
-from gradedesign.errors import CaseError
 from gradedesign.geometry.part.part import Part
-from gradedesign.geometry.triangles.surface_mesh import (
-    SurfaceMesh,
-    area_vectors,
-    integral_mean_curvature,
-)
-from gradedesign.mechanics.explicit.analysis import SURFACE_PER_ELEMENT, PlannedSolid
-from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS
-from gradedesign.mechanics.explicit.grid_resolution import elements_across
-from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
-from gradedesign.mechanics.explicit.small_solid import small_solid_spacing
-from gradedesign.mechanics.explicit.yielding import yielding_words
-from gradedesign.mechanics.fe.modes import mode_room
-from gradedesign.mechanics.limits.limit import Limit, limits_stress, mode_goals
-from gradedesign.mechanics.limits.verdict import all_hold, unsure_words, worst_utilisation
-
-#: Percentile of the thickness, by area, from which the first elements follow: what is thinner is
-#: mostly rims of sheets that faces cut. Chosen, not measured.
-_THIN = 10.0
-#: Over the part's diagonal: how far a body may reach beyond the part before it is taken to be
-#: another part's, or in another unit, and how far before it is said. Chosen, not measured.
-_BEYOND, _SAID = 0.01, 0.001
-_JUDGED, _AS_IS = "judged", "the body is judged as it is, and nothing is designed"
+from gradedesign.mechanics.limits.verdict import unsure_words
 
 
-def judge_body(
+def judged_result(
     model: DesignModel, registry: Registry, body: Part, announce: Announcer
 ) -> RunResult:
-    """Judge a closed body in place of the part by the loads and limits of a case.
-
-    Finite cells analyse it from two resolutions on, the first of which follows its thickness, and
-    an independent mesher judges its stress, as for the printed surface of a design.
-
-    Raises CaseError if the body reaches beyond the part, and `LatticeError`, `MeshError`,
-    `ResourceError` or `SolverError` as acceptance does.
-
-    Parameters
-    ----------
-    model : DesignModel
-        With its solid part analysed, from which relative limits follow.
-    body : Part
-        As read.
-    """
-    plan, run, limits, surface = model.plan, model.plan.case.run, model.limits, body.surface
-    beyond = _require_within(model, body)
-    thickness = wall_thickness(surface, percentiles=(*PERCENTILES, _THIN))
-    width = thickness.percentiles_mm[f"{_THIN:g}"]
-    planned = _planned(model, body)
-    area = float(np.linalg.norm(area_vectors(surface), axis=1).sum())
-    across = run.elements_per_wall or elements_across(body.volume, area, planned.curvature)
-    follows = run.explicit_mesh_size or width / across
-    spacing = FINITE_CELLS.fitted_spacing(
-        planned,
-        small_solid_spacing(FINITE_CELLS, planned, follows, stated=run.states_resolution),
-        run.memory,
-    )
-    middle = float(np.sqrt(np.prod(model.cells.bounds)))
-    solid = printed_solid(model, build_design(plan.domain, model.cells, middle))
-    size = model.cells.layout.typical / 2.0
-    built = as_built_body(plan.process, surface, plan.part.surface, size)
-
-    def staged(printed: SurfaceMesh, of: PrintedSolid) -> WholeStage:
-        return surface_stage(
-            model, printed, of, planned, spacing=spacing, unknowns=0, on_event=announce.listener
-        )
-
-    with announce.stage("acceptance"):
-        bodies = judge_bodies(limits, staged, solid, surface, built, announce)
-        found = bodies.whole
-        remeshing = (body.volume, SURFACE_PER_ELEMENT * max(follows, found.result.mesh_size))
-        acceptance = body_fitted(limits, run, bodies, remeshing, announce)
-    rows = with_other_body(bodies, corrected_rows(limits, found.rows, acceptance))
-    announce.limits("acceptance", rows)
-    unjudged = unjudged_words(rows, (*found.refused, *bodies.refused), acceptance.refused)
-    known = {row.key for row in rows}
-    left = [_named(limit) for limit in limits if limit.key not in known]
-    holds = all_hold(rows) and not without_band(rows)
-    words = "; ".join(
-        text for text in (_AS_IS, unjudged, left and f"not judged: {', '.join(left)}") if text
-    )
-    if holds:
-        used = worst_utilisation(rows)
-        reason = (
-            f"every limit holds at the unfavourable end of its band; the most used one to "
-            f"{used:.1%}; {words}"
-        )
-    else:
-        reason = why_not(rows, Ended(by=_JUDGED, words=words), model.solid)
-    yields = yielding_words(found.result.yields, "the body", limited=limits_stress(limits))
+    """Judge a body, see `judge_body`, and say so as a run says its verdict."""
+    found = judge_body(model, body, announce)
+    mass, whole = body.volume * model.plan.material.density * 1e6, solid_mass(model.homogenised)
     # Warnings on the model are on cells that the body need not have.
-    warnings = (
-        *registry.notes,
-        *unsure_words(model.solid),
-        *body.report.warnings,
-        *_beyond_words(beyond, plan.part.diagonal),
-        *(
-            f"{name}: not judged: it is known of the homogenised lattice alone, and what cells a "
-            "body made elsewhere has is not known"
-            for name in left
-        ),
-    )
-    mass, whole = body.volume * plan.material.density * 1e6, solid_mass(model.homogenised)
+    entries = {
+        **common_entries(model, registry),
+        "yields": found.yields,
+        "warnings": (*registry.notes, *unsure_words(model.solid), *found.warnings),
+    }
     return RunResult(
-        status="met" if holds else "not_met",
+        status="met" if found.holds else "not_met",
         lightest=False,
-        reason=reason,
-        ended_by=_JUDGED,
-        limits=rows,
+        reason=why_judged(found.rows, found.ended, model.solid, holds=found.holds),
+        ended_by=found.ended.by,
+        limits=found.rows,
         mass_g=mass,
         relative_density=mass / whole,
-        printed={**thickness_data(thickness), "elements_mm": found.result.mesh_size},
+        printed={**thickness_data(found.thickness), "elements_mm": found.element},
         timing_s=announce.timing(),
-        **{**common_entries(model, registry), "yields": yields, "warnings": warnings},
+        **entries,
     )
-
-
-def _named(limit: Limit) -> str:
-    """A limit with its load case, where it has one."""
-    return f"{limit.name} ({limit.key.load_case})" if limit.key.load_case else limit.name
-
-
-def _planned(model: DesignModel, body: Part) -> PlannedSolid:
-    """Size of a body, from which the cost of its analysis follows."""
-    x, y, z = np.ptp(body.surface.vertices, axis=0).tolist()
-    return PlannedSolid(
-        box=(x, y, z),
-        volume=body.volume,
-        projections=float(np.abs(area_vectors(body.surface)).sum()),
-        curvature=integral_mean_curvature(body.surface),
-        load_cases=len(model.plan.case.load_case),
-        goals=sum(limit.goal() is not None for limit in model.limits),
-        modes=mode_room(mode_goals(model.limits).values()),
-    )
-
-
-def _require_within(model: DesignModel, body: Part) -> float:
-    """Largest distance by which a body reaches beyond the part, mm; refuses more than a little."""
-    part = model.plan.part
-    beyond = float(model.plan.domain.distance(body.surface.vertices.T).max())
-    if beyond > _BEYOND * part.diagonal:
-        raise CaseError(
-            f"{body.source} reaches {beyond:.4g} mm beyond the part {part.source}, whose diagonal "
-            f"is {part.diagonal:.4g} mm; expected a body inside the part, in its place: check its "
-            f"units and its origin"
-        )
-    return max(beyond, 0.0)
-
-
-def _beyond_words(beyond: float, diagonal: float) -> tuple[str, ...]:
-    """Sentence on a body that is a little larger than the part; empty without any."""
-    if beyond <= _SAID * diagonal:
-        return ()
-    return (f"the body reaches {beyond:.3g} mm beyond the part",)

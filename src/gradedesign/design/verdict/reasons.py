@@ -14,13 +14,25 @@ from gradedesign.mechanics.limits.verdict import all_hold, worst_utilisation
 
 def why_met(rows: Sequence[LimitRow], ended: Ended, *, tight: bool) -> tuple[str, bool, Ended]:
     """Sentence on a design that holds, whether it is the lightest, and what ended the run."""
-    used = worst_utilisation(rows)
-    text = f"every limit holds at the unfavourable end of its band; the most used one to {used:.1%}"
+    text = _all_hold_words(rows)
     if tight:
         return text, True, TIGHT_END
     if ended.by == "enclosed":
         return f"{text}; {ended.words}", True, ended
     return f"{text}; not the lightest: {ended.words}, and a lighter design may exist", False, ended
+
+
+def why_judged(
+    rows: Sequence[LimitRow], ended: Ended, solid: Sequence[LimitRow], *, holds: bool
+) -> str:
+    """Sentence on a body that nothing designed; ``solid`` are rows of the solid part."""
+    return f"{_all_hold_words(rows)}; {ended.words}" if holds else why_not(rows, ended, solid)
+
+
+def _all_hold_words(rows: Sequence[LimitRow]) -> str:
+    """Every limit holds, and how far the most used one is used."""
+    used = worst_utilisation(rows)
+    return f"every limit holds at the unfavourable end of its band; the most used one to {used:.1%}"
 
 
 def why_not(rows: Sequence[LimitRow], ended: Ended, solid: Sequence[LimitRow] = ()) -> str:

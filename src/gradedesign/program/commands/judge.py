@@ -11,7 +11,7 @@ from gradedesign.design.loop.announce import Announcer
 from gradedesign.design.resolve.design_model import prepare
 from gradedesign.design.resolve.own_cell import with_own_cell
 from gradedesign.design.resolve.solid import solve_solid, with_solid
-from gradedesign.design.verdict.judged import judge_body
+from gradedesign.design.verdict.judged import judged_result
 from gradedesign.design.verdict.result import as_json as plain
 from gradedesign.errors import UNMET, CaseError
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
@@ -62,7 +62,7 @@ def judge(
         with announce.stage("solid"):
             model = with_solid(model, solve_solid(model.homogenised))
         result = stamped(
-            judge_body(model, registry, read, announce), [body, *part_files(case.part)]
+            judged_result(model, registry, read, announce), [body, *part_files(case.part)]
         )
     if as_json:
         print_json(plain(result))

@@ -51,7 +51,8 @@ def analysed_models(
     name = model.plan.case.name
     yield _solid(name, model.homogenised, model.facets, model.solutions)
     if rho is not None:
-        yield _homogenised(name, with_design(model, rho, members), rho, correction)
+        part = with_design(model, rho, members).homogenised
+        yield _homogenised(name, corrected_model(part, correction), model.facets, rho)
     if printed is not None and (solved := _tets(printed)) is not None:
         yield _explicit(name, printed.analysed.solid, solved)
 
@@ -89,14 +90,13 @@ def _solid(
 
 
 def _homogenised(
-    name: str, model: DesignModel, rho: FloatArray, correction: Correction
+    name: str, part: HomogenisedModel, facets: Mapping[str, IntArray], rho: FloatArray
 ) -> AnalysedModel:
     """``homogenised``: a design as homogenised solid.
 
     Every tetrahedron has the stiffness of its own density. Where the run varies it inside the
     tetrahedra too, the model has its mean over each.
     """
-    part = corrected_model(model.homogenised, correction)
     stiffness = _element_means(part, rho)
     density = mass_density(part, rho)
     expansion = part.material.thermal_expansion
@@ -114,7 +114,7 @@ def _homogenised(
         stiffness=stiffness,
         steps=_steps(part.space, part.cases, density, solved),
         thermal_expansion=expansion,
-        node_sets=_node_sets(part.space, model.facets),
+        node_sets=_node_sets(part.space, facets),
         off=_largest_difference(solved, solve_homogenised(part, rho)) if varied else 0.0,
     )
 
