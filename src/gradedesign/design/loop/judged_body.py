@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.design.acceptance.whole_solid import WholeStage
+from gradedesign.design.case.run_schema import RunSpec
 from gradedesign.design.loop.accepted import body_fitted, corrected_rows
 from gradedesign.design.loop.accepted_rows import unjudged_words, without_band
 from gradedesign.design.loop.analysed import printed_solid
@@ -85,16 +86,8 @@ def judge_body(model: DesignModel, body: Part, announce: Announcer) -> JudgedBod
     run = case.run
     beyond = _require_within(plan.part, plan.domain, body)
     thickness = wall_thickness(surface, percentiles=(*PERCENTILES, _THIN))
-    width = thickness.percentiles_mm[f"{_THIN:g}"]
     planned = _planned(limits, body, load_cases=len(case.load_case))
-    area = float(np.linalg.norm(area_vectors(surface), axis=1).sum())
-    across = run.elements_per_wall or elements_across(body.volume, area, planned.curvature)
-    follows = run.explicit_mesh_size or width / across
-    spacing = FINITE_CELLS.fitted_spacing(
-        planned,
-        small_solid_spacing(FINITE_CELLS, planned, follows, stated=run.states_resolution),
-        run.memory,
-    )
+    follows, spacing = _first_elements(run, planned, body, thickness)
     middle = float(np.sqrt(np.prod(model.cells.bounds)))
     solid = printed_solid(model, build_design(plan.domain, model.cells, middle))
     size = model.cells.layout.typical / 2.0
@@ -141,6 +134,17 @@ def judge_body(model: DesignModel, body: Part, announce: Announcer) -> JudgedBod
             ),
         ),
     )
+
+
+def _first_elements(
+    run: RunSpec, planned: PlannedSolid, body: Part, thickness: WallThickness
+) -> tuple[float, float]:
+    """Edges of elements that the thickness asks for, and of those that are taken first, mm."""
+    area = float(np.linalg.norm(area_vectors(body.surface), axis=1).sum())
+    across = run.elements_per_wall or elements_across(body.volume, area, planned.curvature)
+    follows = run.explicit_mesh_size or thickness.percentiles_mm[f"{_THIN:g}"] / across
+    fine = small_solid_spacing(FINITE_CELLS, planned, follows, stated=run.states_resolution)
+    return follows, FINITE_CELLS.fitted_spacing(planned, fine, run.memory)
 
 
 def _named(limit: Limit) -> str:
