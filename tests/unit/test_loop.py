@@ -940,7 +940,7 @@ def test_sizing_leaves_the_room_that_each_load_case_asks_for(monkeypatch):
         homogenised=None,
     )
     monkeypatch.setattr(iteration_steps, "corrected_model", lambda *_: None)
-    monkeypatch.setattr(iteration_steps, "stored_sizing", lambda problem, **_: problem)
+    monkeypatch.setattr(iteration_steps, "stored_sizing", lambda problem, _stated, **__: problem)
     problem = iteration_steps.size_design(
         setup,
         Correction(),

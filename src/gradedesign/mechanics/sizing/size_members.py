@@ -29,22 +29,16 @@ from gradedesign.mechanics.sizing.problem import (
 )
 from gradedesign.mechanics.sizing.tied_members import tied
 
-#: Iterations with free shares, from which designs begin: local optima of designs that begin with a
-#: price weigh up to a fifth more. Chosen, not measured.
-_FREE = 16
-#: Price of shares afterwards. Chosen, not measured.
-_PRICE = 3.0
-#: Sharpness of the step after the first iterations, and its factor in each further one: by larger
-#: ones the design leaves its limits by more than a step mends, and swings.
-_BLUNT, _SHARPER = 2.0, 2.0 ** (1 / 6)
-#: Sharpness where shares are bodies: the shares of `bracket` at 16 were a third stiffer than bodies
-#: of their volume, which had to weigh 35 g more.
-_SHARP = 64.0
-#: That of shares without bodies, which weigh less than bodies do: 166 instead of 178 g in
-#: `bracket`.
-_ROUGH = 8.0
-#: Iterations at the last sharpness. Chosen, not measured.
-_LAST = 8
+#: Prices and sharpnesses of shares in turn, and the iterations for each. From free shares on: local
+#: optima of designs that begin with a price weigh up to a fifth more. Up to 64, where shares are
+#: bodies: the shares of `bracket` at 16 were a third stiffer than bodies of their volume, which had
+#: to weigh 35 g more. Iterations: chosen, not measured.
+STAGES = (
+    *((0.0, 0.0, 8), (3.0, 2.0, 6), (3.0, 4.0, 6), (3.0, 8.0, 6)),
+    *((3.0, 16.0, 8), (3.0, 32.0, 8), (3.0, 64.0, 8)),
+)
+#: Stages without bodies: their shares weigh less than bodies do, 166 instead of 178 g in `bracket`.
+_ROUGH = STAGES[:4]
 #: Share of solid that a first design begins with, and where cells carry next to nothing, so that it
 #: must not begin far beyond its limits. Chosen, not measured.
 _BEGINNING, _BEGINNING_ALONE = 0.05, 0.3
@@ -58,8 +52,8 @@ _MOST_OFFSETS, _NEAR = 5, 0.004
 #: and takes no more than half of the thinnest. Chosen, not measured.
 _FIRST_OFFSET, _MOST_OFFSET = 0.05, 0.25
 
-#: ``sized(problem, start=, max_iterations=, continuation=)``: one run of `size`.
-Sized = Callable[..., SizingResult]
+#: ``sized(problem, start, most iterations)``: one run of sizing.
+Sized = Callable[[SizingProblem, FloatArray | None, int], SizingResult]
 #: ``bodied(field)``: the homogenised part with the bodies of a field of members.
 Bodied = Callable[[MemberField], HomogenisedModel]
 
@@ -79,7 +73,7 @@ def size_members(
     - ``problem``: without members
     - ``thickness``, mm: of the thinnest member
     - ``start (n,)``: variables of an earlier design, with which only the last stage is repeated
-    - ``sized``: ``sized(problem, start=, max_iterations=, continuation=)``, as `size`
+    - ``sized``: ``sized(problem, start, most iterations)``
     - ``bodied``: the homogenised part with the bodies of a field of members; None: rough shares are
       the result
     - ``on_step``: receives the analyses of bodies; those of ``sized`` it receives there
@@ -90,8 +84,7 @@ def size_members(
     lo, hi = problem.bounds
     held = float(effective_density(part, np.full(part.volumes.size, hi)).max())
     with_cells = held > LEAST_MEMBER
-    x, last = start, _ROUGH if bodied is None else _SHARP
-    members = replace(members, price=_PRICE, sharpness=last)
+    x, history = start, list[SizingStep]()
     if x is None:
         beginning = _BEGINNING if with_cells else _BEGINNING_ALONE
         x = np.concatenate(
@@ -100,31 +93,22 @@ def size_members(
                 np.full(members.filter.shape[1], LEAST_MEMBER + beginning),
             ]
         )
-    stages = [] if start is not None and bodied is not None else _continuation(last)
-    way = [replace(members, price=price, sharpness=sharpness) for price, sharpness in stages]
-    sharp = replace(problem, members=members)
-    result = sized(sharp, start=x, max_iterations=_LAST, continuation=way)
+    stages = _ROUGH if bodied is None else STAGES if start is None else STAGES[-1:]
+    for price, sharpness, most in stages:
+        members = replace(members, price=price, sharpness=sharpness)
+        result = sized(replace(problem, members=members), x, most)
+        x = result.variables
+        history += result.history
     if result.members is None or bodied is None:
-        return result
+        return replace(result, history=tuple(history))
     field = result.members if with_cells else tied(part, members, result.members, thickness)
-    found, step = _moved(problem, bodied, result, field, thickness, len(result.history), on_step)
+    found, step = _moved(problem, bodied, result, field, thickness, len(history), on_step)
     return replace(
         result,
         members=found,
-        history=(*result.history, step),
+        history=(*history, step),
         feasible=step.utilisation <= 1.0,
     )
-
-
-def member_iterations(*, first: bool) -> int:
-    """Iterations of the first sizing with members, or of a later one."""
-    return _LAST + (len(_continuation(_SHARP)) if first else 0)
-
-
-def _continuation(last: float) -> list[tuple[float, float]]:
-    """Price and sharpness of the iterations before the last sharpness: free, then sharper."""
-    steps = round(np.log(last / _BLUNT) / np.log(_SHARPER))
-    return [(0.0, 0.0)] * _FREE + [(_PRICE, _BLUNT * _SHARPER**k) for k in range(steps)]
 
 
 def _moved(

@@ -15,7 +15,6 @@ from gradedesign.common.system.cache import content_key, load_arrays, store_arra
 from gradedesign.common.system.program_key import program_key
 from gradedesign.mechanics.limits.limit import Limit
 from gradedesign.mechanics.material.scaling_law import has_strength
-from gradedesign.mechanics.sizing.members import Members
 from gradedesign.mechanics.sizing.problem import element_densities, member_field
 from gradedesign.mechanics.sizing.size import SizingProblem, SizingResult, SizingStep, size
 
@@ -31,7 +30,6 @@ def stored_sizing(
     start: FloatArray | None,
     max_iterations: int,
     keep: float,
-    continuation: Sequence[Members] = (),
     on_step: Callable[[SizingStep], None] | None = None,
 ) -> SizingResult:
     """Size, or take the result for the same input from the user's cache.
@@ -45,11 +43,10 @@ def stored_sizing(
         With the corrections and targets of its iteration.
     stated : sequence of str and float
         Whatever else tells it from others: what the case and its cell state.
-    start, max_iterations, keep, continuation, on_step
+    start, max_iterations, keep, on_step
         As for `size`.
     """
-    stages = [(members.price, members.sharpness) for members in continuation]
-    key = _sizing_key(problem, [*stated, repr(stages)], start, max_iterations, keep)
+    key = _sizing_key(problem, stated, start, max_iterations, keep)
     stored = load_arrays(KIND, key)
     if stored is not None:
         result = _unpacked(problem, stored)
@@ -57,10 +54,7 @@ def stored_sizing(
             if on_step is not None:
                 on_step(step)
         return result
-    result = size(
-        problem, start=start, max_iterations=max_iterations, keep=keep, continuation=continuation,
-        on_step=on_step,
-    )  # fmt: skip
+    result = size(problem, start=start, max_iterations=max_iterations, keep=keep, on_step=on_step)
     store_arrays(KIND, key, **_packed(result))
     return result
 
