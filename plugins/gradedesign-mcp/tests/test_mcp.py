@@ -105,6 +105,7 @@ def processes_on(folder):
     return found
 
 
+@pytest.mark.slow
 def test_a_run_is_started_over_pipes_and_ends_with_the_server(folder):
     async def go():
         async with over_pipes(folder) as server:
