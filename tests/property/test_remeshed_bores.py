@@ -38,7 +38,9 @@ def sizes(bore):
     return None
 
 
-@pytest.mark.parametrize("seed", range(271, 281))
+@pytest.mark.parametrize(
+    "seed", [*range(271, 276), *(pytest.param(k, marks=pytest.mark.slow) for k in range(276, 281))]
+)
 def test_remeshed_bores(seed):
     for bore in bores(seed, 12):
         surface, _ = build_surface(corners_of(bore))

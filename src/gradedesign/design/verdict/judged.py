@@ -10,6 +10,7 @@ from gradedesign.design.verdict.common import common_entries, solid_mass
 from gradedesign.design.verdict.printable import thickness_data
 from gradedesign.design.verdict.reasons import why_judged
 from gradedesign.design.verdict.result import RunResult
+from gradedesign.geometry.part.file_faces import file_body_data
 from gradedesign.geometry.part.part import Part
 from gradedesign.mechanics.limits.verdict import unsure_words
 
@@ -23,6 +24,8 @@ def judged_result(
     # Warnings on the model are on cells that the body need not have.
     entries = {
         **common_entries(model, registry),
+        "repairs": body.report.changes,
+        "file_bodies": file_body_data(body.file_bodies),
         "yields": found.yields,
         "warnings": (*registry.notes, *unsure_words(model.solid), *found.warnings),
     }
