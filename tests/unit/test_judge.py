@@ -10,7 +10,7 @@ from trimesh.creation import icosphere
 from trimesh.util import concatenate
 from typer.testing import CliRunner
 
-from gradedesign.errors import UNMET, CaseError
+from gradedesign.errors import UNMET, CaseError, LatticeError
 from gradedesign.geometry.formats.write_stl import write_stl
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, integral_mean_curvature
@@ -95,6 +95,13 @@ def test_a_stated_density_is_judged_by_its_file(tmp_path):
     said = judged(tmp_path, (40.0, 8.0, 10.0), case=CASE + "density = 0.4\n")
     assert said.exit_code == 0
     assert "MET: every limit holds" in said.output
+
+
+def test_a_body_that_misses_a_support_is_refused_with_its_name(tmp_path):
+    said = judged(tmp_path, (35.0, 8.0, 10.0), at=(5.0, 0.0, 0.0))
+    assert isinstance(said.exception, LatticeError)
+    assert "region 'root' carries no solid" in str(said.exception)
+    assert "let a body that was made elsewhere reach it" in str(said.exception)
 
 
 @pytest.mark.parametrize(

@@ -96,8 +96,9 @@ def _facets_of_regions(
         facets = region_facets(mesh, region.corners, tolerance=tolerance).facets
         if len(facets) == 0:
             raise LatticeError(
-                f"region '{name}' carries no solid in the lattice, so nothing can be held or "
-                f"loaded there; keep it solid with a [[keep]] table, or raise the density"
+                f"region '{name}' carries no solid, so nothing can be held or loaded there; "
+                "keep it solid with a [[keep]] table, raise the density, or let a body that was "
+                "made elsewhere reach it"
             )
         by_region[name] = facets
     return by_region

@@ -151,8 +151,9 @@ def region_points(elements: Elements, field: Field, region: Region) -> SurfacePo
     on_solid = element >= 0
     if not on_solid.any():
         raise LatticeError(
-            f"region '{region.name}' carries no solid in the lattice, so nothing can be held or "
-            f"loaded there; keep it solid with a [[keep]] table, or raise the density"
+            f"region '{region.name}' carries no solid, so nothing can be held or loaded there; "
+            "keep it solid with a [[keep]] table, raise the density, or let a body that was made "
+            "elsewhere reach it"
         )
     element, points = element[on_solid], points[:, on_solid]
     return SurfacePoints(
