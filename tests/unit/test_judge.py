@@ -76,6 +76,7 @@ def test_the_bar_itself_bends_as_its_solid_analysis_says(tmp_path):
     assert data["mass_g"] == pytest.approx(14.112, rel=1e-6)
     assert data["relative_density"] == pytest.approx(1.0, rel=1e-9)
     assert set(data["checksums"]["part"]) == {"body.stl"}
+    assert not [told for told in data["warnings"] if "of its area" in told]
 
 
 def test_half_of_its_depth_bends_eight_times_as_far(tmp_path):
@@ -86,7 +87,11 @@ def test_half_of_its_depth_bends_eight_times_as_far(tmp_path):
     assert data["status"] == "not_met"
     assert "% of the allowed 0.1 mm" in data["reason"]
     (row,), (solid,) = data["limits"], data["solid"]
-    # Timoshenko: bending 0.0844 mm of the whole bar grows by 8, shear 0.0042 mm by 2.
+    words = [told for told in data["warnings"] if "of its area" in told]
+    assert [told.partition(":")[0] for told in words] == ["region 'root'", "region 'tip'"]
+    assert all("the body has 50% of its area" in told for told in words)
+    # Timoshenko: bending 0.0844 mm of the whole bar grows by 8, shear 0.0042 mm by 2. The clamped
+    # end, which his beam has not, is 3 % of the deflection of the whole bar, and less of half.
     assert row["value"] / solid["value"] == pytest.approx((8 * 0.0844 + 2 * 0.0042) / 0.0886, 0.02)
 
 

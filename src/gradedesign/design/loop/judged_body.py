@@ -18,11 +18,18 @@ from gradedesign.design.loop.ended import Ended
 from gradedesign.design.loop.iteration_steps import build_design
 from gradedesign.design.loop.printed_stage import surface_stage
 from gradedesign.design.printing.as_built_body import as_built_body
-from gradedesign.design.printing.wall_thickness import PERCENTILES, WallThickness, wall_thickness
+from gradedesign.design.printing.wall_thickness import (
+    PERCENTILES,
+    WallThickness,
+    surface_rays,
+    wall_thickness,
+)
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.part.part import Part
+from gradedesign.geometry.part.regions import Region
+from gradedesign.geometry.triangles.printed_field import printed_field
 from gradedesign.geometry.triangles.surface_mesh import (
     SurfaceMesh,
     area_vectors,
@@ -45,6 +52,10 @@ _THIN = 10.0
 #: Over the part's diagonal: how far a body may reach beyond the part before it is taken to be
 #: another part's, or in another unit, and how far before it is said. Chosen, not measured.
 _BEYOND, _SAID = 0.01, 0.001
+#: Points of a region at which it is looked whether the body is there, and the share of its area
+#: below which it is said: a part of a bolt circle of a hundred is a part of its load. Chosen, not
+#: measured.
+_LOOKS, _WHOLE = 20_000, 0.99
 _AS_IS = "the body is judged as it is, and nothing is designed"
 
 
@@ -113,6 +124,11 @@ def judge_body(model: DesignModel, body: Part, announce: Announcer) -> JudgedBod
     rows = with_other_body(bodies, corrected_rows(limits, found.rows, acceptance))
     announce.limits("acceptance", rows)
     unjudged = unjudged_words(rows, (*found.refused, *bodies.refused), acceptance.refused)
+    if not rows:
+        raise CaseError(
+            f"{case.where('limits')}: none of them can be judged on a body made elsewhere, of "
+            f"which no cells are known; expected e.g. a displacement or a stress"
+        )
     known = {row.key for row in rows}
     left = [_named(limit) for limit in limits if limit.key not in known]
     words = (_AS_IS, unjudged, left and f"not judged: {', '.join(left)}")
@@ -127,6 +143,7 @@ def judge_body(model: DesignModel, body: Part, announce: Announcer) -> JudgedBod
         warnings=(
             *body.report.warnings,
             *_beyond_words(beyond, plan.part.diagonal),
+            *_missing_words(body, [plan.part.regions[name] for name in model.facets], plan.part),
             *(
                 f"{name}: not judged: it is known of the homogenised lattice alone, and what cells "
                 "a body made elsewhere has is not known"
@@ -183,3 +200,20 @@ def _beyond_words(beyond: float, diagonal: float) -> tuple[str, ...]:
     if beyond <= _SAID * diagonal:
         return ()
     return (f"the body reaches {beyond:.3g} mm beyond the part",)
+
+
+def _missing_words(body: Part, regions: Sequence[Region], part: Part) -> tuple[str, ...]:
+    """Sentences on regions that loads, supports or limits name and the body has in part only."""
+    depth = _SAID * part.diagonal
+    field, words = printed_field(body.surface, depth), list[str]()
+    for region in regions:
+        vertices = region.corners.reshape(-1, 3)
+        faces = np.arange(len(vertices), dtype=np.int64).reshape(-1, 3)
+        points, inward = surface_rays(SurfaceMesh(vertices=vertices, faces=faces), _LOOKS)
+        share = float((field(points + depth * inward) < 0.0).mean())
+        if share < _WHOLE:
+            words.append(
+                f"region '{region.name}': the body has {share:.0%} of its area, which carries or "
+                f"is held instead of the whole"
+            )
+    return tuple(words)
