@@ -102,6 +102,19 @@ def test_a_stated_density_is_judged_by_its_file(tmp_path):
     assert "MET: every limit holds" in said.output
 
 
+def test_limits_of_the_printed_solid_are_judged_too(tmp_path):
+    """All of the bar is 8 mm thick or more, and none of its keys would make it thicker."""
+    printed = CASE + '[print]\n[print.limits]\nthickness = "9 mm"\nislands = 0\n'
+    said = judged(tmp_path, (40.0, 8.0, 10.0), "--json", case=printed)
+    assert said.exit_code == UNMET
+    data = json.loads(said.stdout)
+    rows = {row["name"]: row for row in data["limits"]}
+    assert rows["print thickness"]["value"] == pytest.approx(8.0, rel=1e-6)
+    assert rows["print islands"]["value"] == 0.0
+    assert data["reason"].endswith("but print thickness is 8 mm instead of at least 9 mm")
+    assert data["measures"]["printability"]["build_direction"] == "+z"
+
+
 def test_a_body_that_misses_a_support_is_refused_with_its_name(tmp_path):
     said = judged(tmp_path, (35.0, 8.0, 10.0), at=(5.0, 0.0, 0.0))
     assert isinstance(said.exception, LatticeError)

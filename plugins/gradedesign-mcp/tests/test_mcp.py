@@ -145,6 +145,8 @@ def test_paths_that_leave_the_folder_are_refused(folder):
                 ("write_case", "folder", {"text": CASE}),
                 ("check_case", "case", {}),
                 ("estimate_masses", "case", {}),
+                ("judge_body", "case", {"body": "plate.stl"}),
+                ("judge_body", "body", {"case": "bar"}),
                 ("start_run", "case", {}),
                 ("start_run", "run", {"case": "bar"}),
                 ("follow_run", "run", {}),
@@ -292,6 +294,12 @@ def test_a_case_is_proposed_checked_run_stopped_resumed_and_judged(folder):
             assert checked["part"]["source"] == "plate.stl"
             estimated = await server.call("estimate_masses", case="new")
             assert estimated["first_answer"]["feasible"]
+            judged = await server.call("judge_body", case="new", body="plate.stl", units="mm")
+            assert (judged["status"], judged["ended_by"]) == ("met", "judged")
+            assert {row["key"]["kind"] for row in judged["limits"]} == {"stress"}
+            assert "available: mm" in await server.refused(
+                "judge_body", case="new", body="plate.stl", units="furlong"
+            )
             page = await server.call("show_scene", what="new")
             assert (folder / page["page"]).read_text(encoding="utf-8").startswith("<!doctype html>")
             # Two at a time; one of them is stopped, and goes on where it was.

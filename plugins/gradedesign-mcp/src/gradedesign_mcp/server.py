@@ -27,7 +27,8 @@ only the user knows. Never invent loads, supports, material or limits: ask for t
 lets the user see loads and supports. estimate_masses tells what to expect.
 3. start_run, follow_run until it has ended, read_verdict. Only `status` "met" means that every \
 limit holds; tell the user each limit, its value and its band, and the warnings.
-4. show_scene writes a page that the user opens in the browser.
+4. A body that another program made or the user changed: judge_body, by the limits of a case.
+5. show_scene writes a page that the user opens in the browser.
 """
 
 
@@ -67,8 +68,8 @@ def make_server(tools: Tools, runs: Runs) -> MCPServer[None]:
         lifespan=lifespan,
     )
     looks: tuple[Callable[..., Any], ...] = (
-        tools.inspect_part, tools.read_case, runs.follow_run, runs.read_verdict,
-        tools.show_picture, tools.list_installed,
+        tools.inspect_part, tools.read_case, tools.judge_body, runs.follow_run,
+        runs.read_verdict, tools.show_picture, tools.list_installed,
     )  # fmt: skip
     adds = (tools.propose_case, tools.check_case, tools.estimate_masses, tools.show_scene)
     replaces = (tools.write_case, runs.start_run, runs.stop_run)

@@ -139,6 +139,24 @@ class Tools:
         """
         return await self._answer(ctx, [*self._check_words(case), "--estimate"])
 
+    async def judge_body(
+        self,
+        ctx: Context,
+        case: _Case,
+        body: Annotated[
+            str, Field(description="File of a closed body, such as STL, in the part's place.")
+        ],
+        units: _Units = None,
+    ) -> dict[str, Any]:
+        """Judge a body made elsewhere by the loads, supports and limits of a case, in minutes.
+
+        Nothing is designed or written. Returns what `read_verdict` does, without files; `status` is
+        met or not_met. The same as `gradedesign judge CASE BODY --json`.
+        """
+        path, file = self.bounds.case(case), self.bounds.inside(body, "body")
+        words = ["judge", str(path), str(file), "--json"]
+        return await self._answer(ctx, [*words, *_unit_words(units)])
+
     async def show_scene(
         self,
         ctx: Context,
@@ -224,4 +242,8 @@ class Tools:
 
 def _new_words(file: Path, units: str | None, repair: str, bodies: str, where: str) -> list[str]:
     words = ["new", str(file), "--json", f"--repair={repair}", f"--bodies={bodies}", where]
-    return words if units is None else [*words, f"--units={units}"]
+    return [*words, *_unit_words(units)]
+
+
+def _unit_words(units: str | None) -> list[str]:
+    return [] if units is None else [f"--units={units}"]

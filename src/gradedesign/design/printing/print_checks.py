@@ -130,13 +130,13 @@ def print_rows(spec: PrintSpec | None, printability: Printability | None) -> tup
     )
 
 
-def broken_words(rows: Sequence[LimitRow]) -> str:
+def broken_words(rows: Sequence[LimitRow], *, helps: bool) -> str:
     """The limits of ``[print.limits]`` that do not hold, and what helps; empty where all do."""
     return "; ".join(
         f"{row.name} is {row.value:.4g} {row.unit}".rstrip()
         + f" instead of {'at least' if row.unfavourable == 'low' else 'at most'} "
         + f"{row.limit:.4g} {row.unit}".rstrip()
-        + f" ({_HELPS[row.key.region]} would help)"
+        + (f" ({_HELPS[row.key.region]} would help)" if helps else "")
         for row in rows
         if not row.passed
     )

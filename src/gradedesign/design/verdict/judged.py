@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from gradedesign.design.loop.announce import Announcer
 from gradedesign.design.loop.judged_body import judge_body
+from gradedesign.design.printing.print_checks import check_printed
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.verdict.common import common_entries, solid_mass
-from gradedesign.design.verdict.printable import thickness_data
+from gradedesign.design.verdict.printable import thickness_data, with_print_limits
 from gradedesign.design.verdict.reasons import why_judged
 from gradedesign.design.verdict.result import RunResult
 from gradedesign.geometry.part.file_faces import file_body_data
@@ -18,8 +19,12 @@ from gradedesign.mechanics.limits.verdict import unsure_words
 def judged_result(
     model: DesignModel, registry: Registry, body: Part, announce: Announcer
 ) -> RunResult:
-    """Judge a body, see `judge_body`, and say so as a run says its verdict."""
-    found = judge_body(model, body, announce)
+    """Judge a body, see `judge_body`, and how it is printed, and say so as a run its verdict."""
+    case, found = model.plan.case, judge_body(model, body, announce)
+    with announce.stage("printed"):
+        printability = check_printed(
+            case.print, model.plan.part.surface, body.surface, found.thickness
+        )
     mass, whole = body.volume * model.plan.material.density * 1e6, solid_mass(model.homogenised)
     # Warnings on the model are on cells that the body need not have.
     entries = {
@@ -29,7 +34,7 @@ def judged_result(
         "yields": found.yields,
         "warnings": (*registry.notes, *unsure_words(model.solid), *found.warnings),
     }
-    return RunResult(
+    result = RunResult(
         status="met" if found.holds else "not_met",
         lightest=False,
         reason=why_judged(found.rows, found.ended, model.solid, holds=found.holds),
@@ -41,3 +46,4 @@ def judged_result(
         timing_s=announce.timing(),
         **entries,
     )
+    return with_print_limits(result, case.print, printability, designed=False)

@@ -21,13 +21,17 @@ def with_print_limits(
     result: RunResult,
     spec: PrintSpec | None,
     printability: Printability | None,
+    *,
+    designed: bool = True,
 ) -> RunResult:
     """The result with the limits of ``[print.limits]``; a design that breaks one is not met.
 
     Sizing knows ``min_wall`` alone, so that no further iteration would mend the others.
+
+    ``designed``: whether the case made the body, so that its keys help.
     """
     rows = print_rows(spec, printability)
-    broken = broken_words(rows)
+    broken = broken_words(rows, helps=designed)
     status, reason, lightest = result.status, result.reason, result.lightest
     if broken:
         reason = f"{reason}; {'but' if status == 'met' else 'and'} {broken}"
