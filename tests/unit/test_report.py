@@ -238,8 +238,18 @@ def test_other_bodies_at_the_same_limits_stand_beside_the_one_that_was_built(htm
 
 
 def test_what_an_engineer_signs_comes_first(html):
-    """Verdict, limits, mass and pictures; the rest is how they were found."""
-    first = ("<h2>Limits", "<h2>Mass", "<h2>Pictures", "<h2>The printed file", "<h2>Iterations")
+    """Verdict, limits, warnings, mass, pictures; the rest, folded, is how they were found."""
+    opened = re.findall(r"<details( open)?><summary><h2>(.*?)</h2>", html)
+    assert [name for state, name in opened if state] == ["Limits", "Warnings", "Pictures"]
+    assert html.count("<details") == html.count("</details>") == len(opened) > 10
+    first = (
+        "<h2>Limits",
+        "<h2>Warnings",
+        "<h2>Mass",
+        "<h2>Pictures",
+        "<h2>The printed file",
+        "<h2>Iterations",
+    )
     places = [html.index(heading) for heading in first]
     assert places == sorted(places)
 

@@ -162,6 +162,22 @@ def place_of(page, point):
     return x, y
 
 
+def test_sections_open_when_asked_and_on_paper(opened, report):
+    page = opened(report, 1400, 900)
+    pre = page.locator("pre")
+    assert not pre.is_visible()
+    page.locator("summary", has_text="Case file").focus()
+    page.keyboard.press("Enter")
+    assert pre.is_visible()
+    page.keyboard.press("Enter")
+    assert not pre.is_visible()
+    page.emulate_media(media="print")
+    assert pre.is_visible()
+    # Nothing is wider than the 180 mm between the margins of A4, in pixels of 1/96 inch.
+    page.set_viewport_size({"width": 680, "height": 1000})
+    assert page.evaluate("document.documentElement.scrollWidth") <= 680
+
+
 def test_the_scene_turns_slices_and_picks(opened, bracket):
     page = opened(bracket, 1400, 900)
     first = drawn(page)
