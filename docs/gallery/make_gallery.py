@@ -32,7 +32,7 @@ from gradedesign.geometry.maps.warp_map import MorphingSphere, warp_map
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.triangles.boolean import intersection
 from gradedesign.program.host.registry import build_registry
-from gradedesign.program.pictures._draw_opengl import draw_opengl
+from gradedesign.program.pictures.draw import draw as draw_scene
 from gradedesign.program.pictures.scene import Layer, Scene
 
 HERE = Path(__file__).parent
@@ -53,7 +53,7 @@ def draw(path: Path, field: Field, upper: Box, h: float) -> None:
     raw = extract_surface(field, (-2 * h,) * 3, [edge + 2 * h for edge in upper], h)
     surface = intersection(raw, box_surface(upper), subject="the picture")
     layer = Layer(vertices=surface.vertices, faces=surface.faces, colour="#7f9fbf")
-    image = Image.open(io.BytesIO(draw_opengl(Scene(title="", layers=(layer,))))).convert("RGB")
+    image = Image.open(io.BytesIO(draw_scene(Scene(title="", layers=(layer,))))).convert("RGB")
     pixels = np.array(image)
     # The corner with the axes is left out.
     pixels[int(0.75 * pixels.shape[0]) :, : int(0.15 * pixels.shape[1])] = 255

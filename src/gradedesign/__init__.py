@@ -112,6 +112,7 @@ if TYPE_CHECKING:
     from gradedesign.mechanics.solver.linear_solver import LinearAnswer, LinearSolver, LinearSystem
     from gradedesign.pipeline import run
     from gradedesign.program.host.command import Command
+    from gradedesign.program.host.completion import completed
     from gradedesign.program.host.markers import hookimpl
     from gradedesign.program.host.read_case import load_case, load_part
     from gradedesign.program.outputs.analysed_model import AnalysedModel, ModelStep
@@ -133,9 +134,9 @@ __all__ = [
     "SampledPrint", "ScalingLaw", "SolidComponent", "SolidMultiple", "SolvedSolid", "SolverError",
     "StatedLimit", "StressSample", "StrutAxes", "SurfaceDistance", "SurfaceFields", "SurfaceMesh",
     "Table", "TetMesh", "Vector", "VolumeFields", "Waviness", "as_multiple", "cell_gradient",
-    "checked_values", "closed_body", "cubic_law", "cubic_table_law", "cut_together", "density_at",
-    "depths_of", "distance_grid", "float32_vertices", "hookimpl", "in_number", "in_ranges",
-    "in_threads", "lattice_field", "load_case", "load_part", "meet", "natural",
+    "checked_values", "closed_body", "completed", "cubic_law", "cubic_table_law", "cut_together",
+    "density_at", "depths_of", "distance_grid", "float32_vertices", "hookimpl", "in_number",
+    "in_ranges", "in_threads", "lattice_field", "load_case", "load_part", "meet", "natural",
     "nearest_on_triangle", "power_law", "raw_triangles", "read_property_table", "report_step",
     "require_read_back", "run", "serve_mesher", "serve_repairer", "shipped_laws", "signed_volumes",
     "slices_with", "solid_layers", "solid_surface", "stated_words", "supplied_by", "tabulated_law",
@@ -203,6 +204,7 @@ _HOMES = {
     "geometry.part.repairer": "Repairer serve_repairer",
     "pipeline": "run",
     "program.host.command": "Command",
+    "program.host.completion": "completed",
     "program.host.markers": "hookimpl",
     "mechanics.explicit.analysis": "AnalysisEstimate Discretisation ExplicitAnalysis "
     "PlannedSolid Resolution SolvedSolid StressSample SurfaceFields VolumeFields",

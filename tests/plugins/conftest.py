@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from gradedesign.program.host import command
+
 
 @pytest.fixture
 def install(tmp_path, monkeypatch):
@@ -15,6 +17,7 @@ def install(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(tmp_path))
 
     def lay_out(distribution, source, version="1.2"):
+        command._installed.cache_clear()
         module = distribution.replace("-", "_")
         (tmp_path / f"{module}.py").write_text(textwrap.dedent(source), encoding="utf-8")
         info = tmp_path / f"{module}-{version}.dist-info"
@@ -28,6 +31,7 @@ def install(tmp_path, monkeypatch):
 
     before = set(sys.modules)
     yield lay_out
+    command._installed.cache_clear()
     for name in set(sys.modules) - before:
         if name.startswith("fake_"):
             del sys.modules[name]

@@ -290,7 +290,7 @@ def test_doctor_knows_its_house(cli):
     assert data["versions"]["gradedesign"]
     assert data["cores"] >= 1
     assert any(p.startswith("gradedesign-cells-tpms") for p in data["plugins"])
-    assert "pictures: " in cli("doctor").out
+    assert "cache: " in cli("doctor").out
 
 
 @pytest.mark.parametrize(

@@ -283,3 +283,24 @@ def test_hopeless_questions_never_reach_the_mesher(home, surface, changes, messa
     with pytest.raises(MeshError, match=message):
         mesh("right", surface, **changes)
     assert not home.exists()
+
+
+def test_the_mesher_asks_for_no_vtk():
+    """A tetrahedron of edges 1, meshed in a process of its own as a worker does."""
+    code = """
+import sys
+import numpy as np
+from gradedesign.geometry.tets._tetwild_worker import mesh_surface
+corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+options = {"edge_length": 0.5, "relative_epsilon": 1e-3, "stop_energy": 10.0, "threads": 1}
+points, tets = mesh_surface(
+    corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]), options | {"simplify": True}
+)
+edges = points[tets[:, 1:]] - points[tets[:, :1]]
+assert not {"vtk", "vtkmodules"} & set(sys.modules)
+print(np.linalg.det(edges).sum() / 6)
+"""
+    ended = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True
+    )
+    assert float(ended.stdout) == pytest.approx(1 / 6, rel=1e-3)

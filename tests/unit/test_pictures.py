@@ -9,6 +9,7 @@ import pytest
 from composed_domains import design_domain
 from matplotlib.image import imread
 
+from gradedesign.arrays import read_only
 from gradedesign.design.case.read_case import load_case
 from gradedesign.design.resolve.fitting_part import part_of
 from gradedesign.geometry.contour.surface import extract_surface
@@ -27,9 +28,9 @@ from gradedesign.geometry.triangles.surface_mesh import (
     enclosed_volume,
 )
 from gradedesign.mechanics.explicit.support_zones import SupportZone
-from gradedesign.program.pictures import _opengl, pictures, visible
+from gradedesign.program.pictures import draw, pictures
 from gradedesign.program.pictures import without_octant as octants
-from gradedesign.program.pictures._visible_kernels import front_triangles
+from gradedesign.program.pictures._depth_kernels import front_triangles
 from gradedesign.program.pictures.action_mark import SHORTEST, ActionMark
 from gradedesign.program.pictures.label_places import label_box
 from gradedesign.program.pictures.marks import action_marks, loads_note, region_marks, warming_note
@@ -44,7 +45,10 @@ from gradedesign.program.pictures.pictures import (
 )
 from gradedesign.program.pictures.scene import (
     SIZE,
+    VIEW,
+    ColourBar,
     Layer,
+    Lines,
     Scene,
     frame_of,
     hatch,
@@ -70,14 +74,10 @@ def kuhn_box(size):
 BOX = kuhn_box(np.array([[4.0], [1], [1]]))
 
 
-@pytest.fixture(params=["opengl", "plain"])
-def drawn(request, monkeypatch, tmp_path):
-    """A path, and the warnings expected from drawing there."""
-    if request.param == "plain":
-        monkeypatch.setattr(pictures, "opengl_works", lambda: False)
-    elif not _opengl.opengl_works():
-        pytest.skip("no OpenGL on this machine")
-    return tmp_path / "picture.png", int(request.param == "plain")
+@pytest.fixture
+def drawn(tmp_path):
+    """A path, and the number of warnings expected from drawing there."""
+    return tmp_path / "picture.png", 0
 
 
 def image(path):
@@ -401,42 +401,12 @@ def test_what_cannot_be_drawn_is_a_warning(tmp_path, caplog, faces, value, match
     assert not list(tmp_path.iterdir())
 
 
-def test_pictures_without_opengl_warn_in_the_same_words(tmp_path, monkeypatch):
-    monkeypatch.setattr(pictures, "opengl_works", lambda: False)
-    found = {picture_lattice(tmp_path / f"{n}.png", ends()[0]) for n in range(2)}
-    assert len(found) == 1  # a run repeats no warning
-
-
 def test_failure_while_drawing_is_a_warning(tmp_path, monkeypatch):
     def fail(scene):
-        raise RuntimeError("the driver gave up")
+        raise RuntimeError("the painter gave up")
 
-    monkeypatch.setattr(pictures, "opengl_works", lambda: False)
-    monkeypatch.setattr(pictures._draw_plain, "draw_plain", fail)
-    assert picture_lattice(tmp_path / "a.png", BALL) == ("a.png: not drawn: the driver gave up",)
-
-
-def test_a_success_of_the_probe_is_believed_for_a_day(monkeypatch, tmp_path):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    works, asked, clock = _opengl.opengl_works.__wrapped__, [], [1e9]
-    answers = iter([False, True, True, True])
-    monkeypatch.setattr(_opengl, "probe_opengl", lambda: asked.append(1) or next(answers))
-    monkeypatch.setattr(_opengl.time, "time", lambda: clock[0])
-    assert [works(), works(), works(), len(asked)] == [False, True, True, 2]
-    clock[0] += 2 * _opengl._BELIEVED_S
-    assert [works(), len(asked)] == [True, 3]
-    monkeypatch.setenv("DISPLAY", ":99")
-    assert [works(), len(asked)] == [True, 4]
-
-
-def test_probe_that_ends_badly_means_no_opengl(monkeypatch):
-    """As a segmentation fault would: the answer comes from the exit status of a process."""
-    monkeypatch.setattr(_opengl, "_PROBE", "import os; os.abort()")
-    assert _opengl.probe_opengl() is False
-    monkeypatch.setattr(_opengl, "_PROBE", "import time; time.sleep(60)")
-    assert _opengl.probe_opengl(0.5) is False
-    monkeypatch.setattr(_opengl, "_PROBE", "pass")
-    assert _opengl.probe_opengl() is True
+    monkeypatch.setattr(pictures, "draw", fail)
+    assert picture_lattice(tmp_path / "a.png", BALL) == ("a.png: not drawn: the painter gave up",)
 
 
 def test_boundary_surface_knows_its_points():
@@ -505,10 +475,11 @@ def test_the_depth_buffer_finds_what_a_plain_one_does():
     faces = np.concatenate([BALL.faces, BALL.faces + len(BALL.vertices)])
     frame = frame_of(Scene(title="balls", layers=(Layer(vertices=vertices, faces=faces),)))
     axes = np.stack([frame.right, frame.up, frame.back])
-    seen = front_triangles(
-        *(vertices, faces, *axes, frame.middle, spacing, size),
-    )
-    corners = ((vertices - frame.middle) @ axes.T)[faces]
+    places = (vertices - frame.middle) @ axes.T
+    at = places / spacing + [0.5 * (size[0] - 1), 0.5 * (size[1] - 1), 0.0]
+    depth_of, owner = front_triangles(read_only(at), read_only(faces), size)
+    assert set(np.unique(depth_of[owner < 0])) == {-np.inf}
+    corners = places[faces]
     plain = set()
     for i in range(size[0]):
         for j in range(size[1]):
@@ -521,26 +492,32 @@ def test_the_depth_buffer_finds_what_a_plain_one_does():
             depth = (weights * corners[hit, :, 2]).sum(axis=1) / weights.sum(axis=1)
             plain |= {int(hit[depth.argmax()])} if len(hit) else set()
     assert len(plain) > 100
-    assert set(np.flatnonzero(seen).tolist()) == plain
+    assert set(np.unique(owner[owner >= 0]).tolist()) == plain
 
 
-def test_hidden_triangles_are_left_out_and_the_frame_stays(monkeypatch):
-    """A ball inside a ball, coloured: nothing of the inner one."""
-    values = np.concatenate([np.zeros(len(BALL.vertices)), np.ones(len(BALL.vertices))])
+def test_colours_are_those_of_the_values_and_strokes_behind_a_surface_are_hidden():
+    """A square seen along its normal: values rise to the right, one stroke before, one behind."""
+    back = VIEW / np.linalg.norm(VIEW)
+    right = np.cross([0.0, 0.0, 1.0], back) / np.linalg.norm(np.cross([0.0, 0.0, 1.0], back))
+    up = np.cross(back, right)
+    square = np.array([-right - up, right - up, right + up, -right + up])
+    bar = ColourBar(title="value [-]", low=0.0, high=1.0, colours="gray")
     layer = Layer(
-        vertices=np.concatenate([BALL.vertices, 0.5 * BALL.vertices]),
-        faces=np.concatenate([BALL.faces, BALL.faces + len(BALL.vertices)]),
-        values=values,
+        vertices=square, faces=np.array([[0, 1, 2], [0, 2, 3]]), values=np.array([0.0, 1, 1, 0])
     )
-    whole = Scene(title="balls", layers=(layer,))
-    frame = frame_of(whole)
-    assert visible.visible(layer, frame) is layer  # few triangles
-    monkeypatch.setattr(visible, "FEW", 10)
-    shown = visible.visible(layer, frame)
-    assert len(shown.faces) < 0.6 * len(BALL.faces)
-    assert not shown.values.any()
-    back = area_vectors(SurfaceMesh(vertices=shown.vertices, faces=shown.faces)) @ frame.back
-    assert np.count_nonzero(back < 0) < 0.05 * len(back)
-    after = frame_of(Scene(title="balls", layers=(shown,)))
-    np.testing.assert_array_equal(after.middle, frame.middle)
-    assert after.height == frame.height
+    along = 0.8 * np.array([-right, right])
+    strokes = [
+        Lines(segments=(along + height * up + side * back)[None], colour=colour, width=6.0)
+        for height, side, colour in ((0.5, 0.5, "red"), (-0.5, -0.5, "blue"))
+    ]
+    scene = Scene(title="", layers=(layer,), lines=tuple(strokes), bar=bar)
+    picture = imread(BytesIO(draw.draw(scene)))[::-1, :, :3]
+    frame = frame_of(scene)
+    column, row = draw._pixels(np.array([[0.0, 0, 0]]), frame)[0].astype(int)
+    shown = picture[row, column - 100 : column + 101, 0]
+    # Facing the viewer all of it has one shade; the grey rises by 100 of its half width in pixels.
+    half = draw._pixels(right[None], frame)[0, 0] - column
+    assert shown[100] / shown[200] == pytest.approx(0.5 / (0.5 + 50 / half), rel=0.02)
+    assert shown[0] / shown[200] == pytest.approx((0.5 - 50 / half) / (0.5 + 50 / half), rel=0.03)
+    assert 1e-3 < share(picture, red) < 0.02
+    assert share(picture, blue) == 0.0

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from gradedesign import completed
+
 Strict = Annotated[
     bool, typer.Option("--strict-plugins", help="Stop if an installed plugin fails to load.")
 ]
@@ -19,7 +21,13 @@ Poisson = Annotated[float, typer.Option("--nu", help="Poisson's ratio of the bas
 
 
 def homogenise(
-    cell: Annotated[str, typer.Argument(help="A cell family of `gradedesign cells`, or a case.")],
+    cell: Annotated[
+        str,
+        typer.Argument(
+            help="A cell family of `gradedesign cells`, or a case.",
+            autocompletion=completed("cell_families"),
+        ),
+    ],
     density: Annotated[float, typer.Option("--density", help="Relative density, 0 to 1.")],
     resolution: Resolution = None,
     parameter: Annotated[
@@ -49,7 +57,12 @@ def homogenise(
         bool, typer.Option("--buckling", help="Also the stresses that buckle the cell: minutes.")
     ] = False,
     eigen_solver: Annotated[
-        str, typer.Option("--eigen-solver", help="Of --buckling: lanczos, scipy or a plugin's.")
+        str,
+        typer.Option(
+            "--eigen-solver",
+            help="Of --buckling: lanczos, scipy or a plugin's.",
+            autocompletion=completed("eigen_solvers"),
+        ),
     ] = "lanczos",
     strict_plugins: Strict = False,
     as_json: Json = False,
@@ -79,7 +92,12 @@ def tabulate(
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Folder for one table per cell, as JSON.")
     ],
-    cells: Annotated[list[str] | None, typer.Argument(help="Cells, or cases [all cells].")] = None,
+    cells: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="Cells, or cases [all cells].", autocompletion=completed("cell_families")
+        ),
+    ] = None,
     resolution: Resolution = None,
     nu: Poisson = 0.3,
     workers: Annotated[
@@ -113,10 +131,18 @@ def tabulate(
 
 def coupon(
     cell: Annotated[
-        str | None, typer.Argument(help="A cell family of `gradedesign cells`.")
+        str | None,
+        typer.Argument(
+            help="A cell family of `gradedesign cells`.", autocompletion=completed("cell_families")
+        ),
     ] = None,
     process: Annotated[
-        str | None, typer.Option("--process", help="Name of the process that is measured.")
+        str | None,
+        typer.Option(
+            "--process",
+            help="Name of the process that is measured.",
+            autocompletion=completed("processes"),
+        ),
     ] = None,
     output: Annotated[
         Path | None,
@@ -131,7 +157,11 @@ def coupon(
     ] = None,
     material: Annotated[
         str | None,
-        typer.Option("--material", help="Base material of the library [that of the process]."),
+        typer.Option(
+            "--material",
+            help="Base material of the library [that of the process].",
+            autocompletion=completed("materials"),
+        ),
     ] = None,
     density: Annotated[
         list[float] | None,

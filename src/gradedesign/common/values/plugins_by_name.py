@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import os
-import tomllib
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib import metadata, resources
 
 #: Set to 1 to load no installed plugin, only the built-ins.
 DISABLE_VARIABLE = "GRADEDESIGN_DISABLE_PLUGINS"
+
+
+def plugins_are_off() -> bool:
+    """Whether the user wants no installed plugin."""
+    return os.environ.get(DISABLE_VARIABLE, "") not in ("", "0")
 
 
 def supplied_by(kind: str, name: str) -> str:
@@ -38,7 +43,15 @@ def supplied_by(kind: str, name: str) -> str:
     return ""
 
 
+def suppliers(kind: str) -> Mapping[str, Sequence[str]]:
+    """Names of a kind by plugin, of every plugin of this project: empty where it has none."""
+    every = {plugin for of in _plugins().values() for plugin in of}
+    return {plugin: _plugins().get(kind, {}).get(plugin, ()) for plugin in every}
+
+
 @cache
 def _plugins() -> dict[str, dict[str, list[str]]]:
+    import tomllib  # here, since `gradedesign --help` has nothing to look up
+
     text = resources.files(__package__).joinpath("plugins_by_name.toml").read_text("utf-8")
     return tomllib.loads(text)

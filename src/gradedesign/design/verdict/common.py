@@ -27,7 +27,7 @@ from gradedesign.mechanics.sizing.homogenised import solid_held
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 
 #: Libraries whose versions the report names.
-_LIBRARIES = ("numpy", "scipy", "scikit-fem", "pyamg", "numba", "pytetwild", "vtk", "meshio")
+_LIBRARIES = ("numpy", "scipy", "scikit-fem", "pyamg", "numba", "pytetwild", "meshio")
 
 
 def latticed_mass(part: HomogenisedModel) -> float:

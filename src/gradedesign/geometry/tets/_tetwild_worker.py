@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -19,6 +21,7 @@ def mesh_surface(
 
     The mesher's option sets add ``threads`` (0: all) and ``simplify``.
     """
+    load()
     import pytetwild
 
     points, tets = pytetwild.tetrahedralize(
@@ -36,7 +39,12 @@ def mesh_surface(
 
 
 def load() -> None:
-    """Import the mesher."""
+    """Import the mesher.
+
+    Importing it imports pyvista, and VTK with it, for a function that we do not call and without
+    asking for either: an empty module takes the place, in this process alone.
+    """
+    sys.modules.setdefault("pyvista", ModuleType("pyvista"))
     import pytetwild  # noqa: F401 - what takes most of the address space
 
 

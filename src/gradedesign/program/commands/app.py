@@ -26,6 +26,7 @@ from gradedesign.program.commands.interrupt import Interruption
 from gradedesign.program.commands.loading import loading_lines
 from gradedesign.program.commands.options import with_options
 from gradedesign.program.host.command import Command, command_names, load_command
+from gradedesign.program.host.completion import completed
 
 #: Errors keep their traceback.
 _DEBUG_FLAG = "--debug"
@@ -320,7 +321,10 @@ def report(
 
 @app.command()
 def cells(
-    name: Annotated[str | None, typer.Argument(help="One family in full.")] = None,
+    name: Annotated[
+        str | None,
+        typer.Argument(help="One family in full.", autocompletion=completed("cell_families")),
+    ] = None,
     makers: Annotated[
         bool, typer.Option("--makers", help="List the makers of cells that a case describes.")
     ] = False,
@@ -369,7 +373,7 @@ def schema(
 
 @app.command()
 def doctor(strict_plugins: Strict = False, as_json: Json = False) -> None:
-    """Show versions, plugins, memory and whether pictures can be drawn."""
+    """Show versions, plugins, cores and memory."""
     from gradedesign.program.commands.doctor import doctor as command
 
     command(strict_plugins=strict_plugins, as_json=as_json)

@@ -13,11 +13,10 @@ from gradedesign.common.system.processor import threading_layer, usable_cores
 from gradedesign.design.verdict.common import library_versions
 from gradedesign.program.commands.plugins import registry_for
 from gradedesign.program.commands.show import print_json, print_table
-from gradedesign.program.pictures._opengl import probe_opengl
 
 
 def doctor(*, strict_plugins: bool, as_json: bool) -> None:
-    """Print versions, plugins, cores, memory and pictures."""
+    """Print versions, plugins, cores and memory."""
     registry = registry_for(strict_plugins=strict_plugins)
     data: dict[str, Any] = {
         "versions": library_versions(),
@@ -31,7 +30,6 @@ def doctor(*, strict_plugins: bool, as_json: bool) -> None:
         "threads": int(os.environ["NUMBA_NUM_THREADS"]),
         "threading_layer": threading_layer(),
         "available_memory_GB": round(available_memory_bytes() / 1e9, 2),
-        "opengl": probe_opengl(),
         "cache_folder": str(cache_folder()),
     }
     if as_json:
@@ -45,8 +43,5 @@ def doctor(*, strict_plugins: bool, as_json: bool) -> None:
     typer.echo(
         f"{data['cores']} cores, {data['threads']} threads by {data['threading_layer']}, "
         f"{data['available_memory_GB']:g} GB of memory available"
-    )
-    typer.echo(
-        "pictures: " + ("OpenGL works" if data["opengl"] else "no OpenGL, plain pictures are made")
     )
     typer.echo(f"cache: {data['cache_folder']}")

@@ -6,15 +6,15 @@ module whose hook registers it: ``--help`` loads these modules and no cells, law
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 from importlib import metadata
 from typing import Any
 
 import pluggy
 
-from gradedesign.common.values.plugins_by_name import DISABLE_VARIABLE, supplied_by
+from gradedesign.common.values.plugins_by_name import plugins_are_off, supplied_by
 from gradedesign.errors import CaseError, Interrupted, PluginError
 from gradedesign.program.host.markers import GROUP, hookspec
 
@@ -111,9 +111,17 @@ class _Specs:
 
 
 def _points() -> Iterable[metadata.EntryPoint]:
-    if os.environ.get(DISABLE_VARIABLE, "") not in ("", "0"):
+    if plugins_are_off():
         return ()
-    return metadata.entry_points(group=COMMAND_GROUP)
+    return _installed(metadata.entry_points)
+
+
+@lru_cache(maxsize=1)
+def _installed(
+    entry_points: Callable[..., Iterable[metadata.EntryPoint]],
+) -> Iterable[metadata.EntryPoint]:
+    """Entry points of commands, read once in a process: ``--help`` asks for them 30 times."""
+    return entry_points(group=COMMAND_GROUP)
 
 
 def _source(point: metadata.EntryPoint) -> str:

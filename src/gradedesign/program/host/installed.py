@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import logging
-import os
 from collections.abc import Iterable
 from importlib import metadata
 from types import ModuleType
 
 import pluggy
 
-from gradedesign.common.values.plugins_by_name import DISABLE_VARIABLE
+from gradedesign.common.values.plugins_by_name import plugins_are_off
 from gradedesign.design.resolve.registry import PluginFailure, PluginSource
 from gradedesign.errors import Interrupted, PluginError
 from gradedesign.program.host import builtin, hookspecs
@@ -71,8 +70,8 @@ def load_installed(
     manager: pluggy.PluginManager, sources: dict[str, PluginSource]
 ) -> tuple[PluginFailure, ...]:
     """Load the entry points one by one; a failure disables only itself."""
-    if os.environ.get(DISABLE_VARIABLE, "") not in ("", "0"):
-        log.info("%s is set: no installed plugin is loaded", DISABLE_VARIABLE)
+    if plugins_are_off():
+        log.info("the environment asks for no installed plugin")
         return ()
     failures: list[PluginFailure] = []
     points = metadata.entry_points(group=hookspecs.GROUP)

@@ -19,8 +19,6 @@ from gradedesign.errors import MeshError
 from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_facets, centroids
 from gradedesign.geometry.triangles._surface_mesh_kernels import corners_of_box
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
-from gradedesign.program.pictures import _draw_opengl, _draw_plain
-from gradedesign.program.pictures._opengl import opengl_works
 from gradedesign.program.pictures.action_mark import (
     SHORTEST,
     ActionMark,
@@ -28,6 +26,7 @@ from gradedesign.program.pictures.action_mark import (
     drawn_actions,
     uses_floor,
 )
+from gradedesign.program.pictures.draw import draw
 from gradedesign.program.pictures.label_places import separated
 from gradedesign.program.pictures.region_mark import (
     COLOURS,
@@ -49,9 +48,7 @@ from gradedesign.program.pictures.scene import (
     frame_of,
     hatch,
     sharp_edges,
-    thinned,
 )
-from gradedesign.program.pictures.visible import visible
 from gradedesign.program.pictures.without_octant import without_octant
 
 log = logging.getLogger(__name__)
@@ -316,34 +313,18 @@ def _draw(path: Path, scene: Scene) -> tuple[str, ...]:
 
 
 def _drawn(scene: Scene, name: str) -> tuple[bytes | None, tuple[str, ...]]:
-    """Draw with OpenGL, or plainly, or not at all, the latter two with a warning."""
+    """PNG of a scene; or a warning why there is none."""
     report_step(f"drawing {name}")
     if fault := _fault(scene):
         return None, _warned(f"{name}: not drawn: {fault}")
-    plain = not opengl_works()
-    most = _draw_plain.MOST_TRIANGLES if plain else _draw_opengl.MOST_TRIANGLES
-    frame = frame_of(scene)
-    shown = tuple(visible(layer, frame) for layer in scene.layers)
-    layers = tuple(thinned(layer, most) for layer in shown)
-    scene = replace(scene, layers=shown)
-    if any(a is not b for a, b in zip(layers, shown, strict=True)):
-        note = "triangles thinned out for this picture"
-        caption = f"{scene.caption}; {note}" if scene.caption else note
-        scene = replace(scene, layers=layers, caption=caption)
     try:
-        picture = _draw_plain.draw_plain(scene) if plain else _draw_opengl.draw_opengl(scene)
+        return draw(scene), ()
     except (RuntimeError, ValueError, MemoryError) as cause:
         return None, _warned(f"{name}: not drawn: {cause}")
-    if plain:
-        # The same words for every picture, so that a run says it once.
-        return picture, _warned(
-            "no OpenGL on this machine: pictures are drawn plainly, in less detail"
-        )
-    return picture, ()
 
 
 def _fault(scene: Scene) -> str:
-    """Reason why a scene cannot be drawn; VTK would show an empty picture without a word."""
+    """Reason why a scene cannot be drawn, which would be an empty picture without a word."""
     if not any(len(layer.faces) for layer in scene.layers):
         return "there are no triangles"
     for layer in scene.layers:

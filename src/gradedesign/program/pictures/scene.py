@@ -33,7 +33,6 @@ class Layer:
     #: Used without ``values``.
     colour: str = "#b8bec6"
     opacity: float = 1.0
-    smooth: bool = False  #: Shade with vertex normals.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -175,7 +174,6 @@ def thinned(layer: Layer, most: int) -> Layer:
         per_face=layer.per_face,
         colour=layer.colour,
         opacity=layer.opacity,
-        smooth=layer.smooth,
     )
 
 
