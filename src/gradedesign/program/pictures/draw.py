@@ -75,7 +75,7 @@ def draw(scene: Scene) -> bytes:
     return written.getvalue()
 
 
-def _painted(scene: Scene, frame: Frame) -> tuple[FloatArray, FloatArray]:
+def _painted(scene: Scene, frame: Frame) -> tuple[FloatArray, Any]:
     """Picture ``(h, w, 3)`` of the surfaces, 0 to 1, and the depth of the opaque ones by sample."""
     picture = np.full((*_SHAPE, 3), 255, dtype=np.uint8)
     nearest = np.full(_SHAPE, -np.inf, dtype=np.float32)
@@ -132,7 +132,7 @@ def _colours(bar: ColourBar) -> FloatArray:
     return _rgb(*steps, bar.above or steps[-1])
 
 
-def _add_lines(axes: Any, lines: Lines, frame: Frame, nearest: FloatArray) -> None:
+def _add_lines(axes: Any, lines: Lines, frame: Frame, nearest: Any) -> None:
     """Strokes, hidden where a surface is before them; round bars are not."""
     from matplotlib.collections import LineCollection
 
@@ -142,11 +142,15 @@ def _add_lines(axes: Any, lines: Lines, frame: Frame, nearest: FloatArray) -> No
         width, shown = 2.0 * lines.radius * SIZE[1] / frame.height, _pixels(lines.segments, frame)
     else:
         width, shown = lines.width, _visible_pieces(_places(lines.segments, frame), nearest)
-    style = {"colors": lines.colour, "linewidths": width * 72 / _DPI, "capstyle": "round"}
-    axes.add_collection(LineCollection(shown, zorder=4 if lines.radius > 0 else 3, **style))
+    style: dict[str, Any] = {
+        "colors": lines.colour,
+        "linewidths": width * 72 / _DPI,
+        "capstyle": "round",
+    }
+    axes.add_collection(LineCollection(list(shown), zorder=4 if lines.radius > 0 else 3, **style))
 
 
-def _visible_pieces(segments: FloatArray, nearest: FloatArray) -> FloatArray:
+def _visible_pieces(segments: FloatArray, nearest: Any) -> FloatArray:
     """Pieces ``(k, 2, 2)`` in pixels of segments ``(n, 2, 3)`` in samples that nothing hides."""
     length = np.linalg.norm(segments[:, 1, :2] - segments[:, 0, :2], axis=1)
     count = np.maximum(np.ceil(length / _PIECE), 1).astype(np.int64)
@@ -167,11 +171,16 @@ def _add_arrow(axes: Any, arrow: Arrow, frame: Frame) -> None:
 
     size = float(np.linalg.norm(arrow.tip - arrow.tail)) * SIZE[1] / frame.height
     (x, y), tip = _pixels(arrow.tail, frame), _pixels(arrow.tip, frame)
-    step = tip - (x, y)
-    head = min(0.3 * size, max(float(np.hypot(*step)), 1e-3))
-    form = {"width": 0.07 * size, "head_width": 0.2 * size, "head_length": head}
-    style = {"length_includes_head": True, "color": arrow.colour, "linewidth": 0, "zorder": 5}
-    axes.add_patch(FancyArrow(x, y, *step, **form, **style))
+    dx, dy = tip - (x, y)
+    head = min(0.3 * size, max(float(np.hypot(dx, dy)), 1e-3))
+    form: dict[str, Any] = {"width": 0.07 * size, "head_width": 0.2 * size, "head_length": head}
+    style: dict[str, Any] = {
+        "length_includes_head": True,
+        "color": arrow.colour,
+        "linewidth": 0,
+        "zorder": 5,
+    }
+    axes.add_patch(FancyArrow(x, y, dx, dy, **form, **style))
 
 
 def _add_corner(axes: Any, frame: Frame) -> None:
