@@ -68,11 +68,15 @@ def recorded(path: Path, table: str) -> Mapping[str, Any]:
     try:
         with path.open("rb") as stream:
             content = stream.read(_LARGEST + 1)
-        data = tomllib.loads(content.decode("utf-8-sig")) if len(content) <= _LARGEST else {}
+        data = tomllib.loads(content.decode("utf-8-sig")) if len(content) <= _LARGEST else None
     except OSError as error:
         raise ValueError(f"{path.name}: cannot be read: {error.strerror}") from None
     except (ValueError, RecursionError) as error:
         raise ValueError(f"{path.name}: not a record in TOML: {str(error)[:200]}") from None
+    if data is None:
+        raise ValueError(
+            f"{path.name}: more than {_LARGEST} bytes; expected a record, which has some thousand"
+        )
     for name in data:
         if name not in _TABLES:
             raise ValueError(f"{path.name}: found {name!r}; {instead(name, _TABLES)}")
