@@ -37,6 +37,8 @@ _CAPTION = 110
 #: Samples by which a stroke on a surface counts as before it, and of a piece that is hidden or
 #: not. Chosen, not measured.
 _LIFTED, _PIECE = 24.0, 12.0
+#: A sample and its neighbours.
+_AROUND = np.array([(0, 0), (2, 0), (-2, 0), (0, 2), (0, -2)])
 #: Place and length of the axes in the corner, pixels. Chosen, not measured.
 _CORNER, _AXIS = np.array([80.0, 80.0]), 50.0
 
@@ -159,8 +161,10 @@ def _visible_pieces(segments: FloatArray, nearest: Any) -> FloatArray:
     start, along = segments[which, 0], (segments[:, 1] - segments[:, 0])[which]
     share = np.stack([step, step + 1], axis=1) / count[which, None]
     middle = start + share.mean(axis=1)[:, None] * along
-    at = np.clip(np.rint(middle[:, :2]).astype(np.int64), 0, np.array(_SHAPE) - 1)
-    seen = nearest[at[:, 0], at[:, 1]] <= middle[:, 2] + _LIFTED
+    # Of neighbours too, since a sample between two triangles may belong to neither.
+    at = np.rint(middle[:, :2]).astype(np.int64)[:, None] + _AROUND
+    at = np.clip(at, 0, np.array(_SHAPE) - 1)
+    seen = nearest[at[..., 0], at[..., 1]].max(axis=1) <= middle[:, 2] + _LIFTED
     ends = start[seen, None] + share[seen, :, None] * along[seen, None]
     return (ends[..., :2] + 0.5) / _SAMPLES
 
