@@ -159,3 +159,28 @@ def test_the_last_lines_of_a_run_say_the_share(capsys):
     assert "(2.1% of the printed volume)" in printed
     print_verdict(RunResult(status="partial", lightest=False, reason="stopped"))
     assert "printed surface" not in capsys.readouterr().out
+
+
+def test_the_most_used_limit_of_a_stress_stands_over_its_numbers_and_curves_have_their_source():
+    stress = RESULT.limits[1]
+    cycles = replace(
+        stress, key=LimitKey(kind="fatigue", region="lattice", load_case="pull"),
+        name="fatigue in lattice", limit=48.0, stated="1e+06 cycles at R = 0.1, as-built",
+    )  # fmt: skip
+    curve = {"surface": "as-built", "ratio": -1, "cycles": [1e4, 1e6], "walker": 0.5,
+             "amplitude_MPa": [60.0, 30.0], "source": "12 specimens"}  # fmt: skip
+    material = {"name": "alloy", "fatigue": [curve]}
+    for limits, note in (
+        ((cycles, stress), "0.40% of the judged volume is above the limit"),
+        ((cycles, replace(stress, limit=40.0)), "0.40% of the judged volume is above the limit"),
+        ((replace(cycles, load_case="push"), stress), "above 48 MPa, the least limit of any"),
+    ):
+        result = replace(RESULT, limits=limits, material=material)
+        page = text_of(render_report(result, {}, ""))
+        numbers = page.split("Stress: what each number is")[1]
+        most = max((row for row in limits if row.load_case == "pull"), key=lambda r: r.utilisation)
+        assert f"{most.name} (pull)" in numbers
+        assert f"beside {most.limit:.4g} MPa" in numbers
+        assert note in numbers
+    assert "S-N curve, as-built amplitude 60.0, 30.0 MPa for 10000.0, 1000000.0 cycles" in page
+    assert "12 specimens" in page

@@ -142,6 +142,7 @@ def judge_body(model: DesignModel, body: Part, announce: Announcer) -> JudgedBod
         yields=yielding_words(found.result.yields, "the body", limited=limits_stress(limits)),
         warnings=(
             *body.report.warnings,
+            *(words for limit in limits for words in limit.hot_spots(found.result)),
             *_beyond_words(beyond, plan.part.diagonal),
             *_missing_words(body, [plan.part.regions[name] for name in model.facets], plan.part),
             *(

@@ -28,7 +28,7 @@ from gradedesign.design.resolve.resolve import (
     case_material,
     case_process,
     planned_densities,
-    require_below_yield,
+    require_borne,
     require_expansion,
     stated_family,
 )
@@ -139,7 +139,7 @@ def _without_zones(case: Case, registry: Registry) -> Plan:
     """The case as if it had no zones."""
     material = case_material(case.material, registry, case.where)
     process = case_process(case.process, case.print, case.limits.judged, registry, case.where)
-    yielding = require_below_yield(case.limits, material, case.where)
+    yielding = require_borne(case.limits, material, case.where)
     require_expansion(case.load_case, material, case.where)
     family, parameters = stated_family(
         registry, case.where, "lattice", case.lattice.cell, case.lattice.parameters

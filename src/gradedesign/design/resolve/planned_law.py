@@ -116,10 +116,11 @@ def require_strength(
     """
     if has_strength(law):
         return
-    key = "stress" if limits.stress is not None else "safety_factor"
-    limited = getattr(limits, key) is not None
+    limited = limits.limits_stress
     if not (limited or lattice.by_stress):
         return
+    keys = ("stress", "safety_factor", "fatigue")
+    key = next((key for key in keys if getattr(limits, key, None)), "")
     use, otherwise = (
         (f"{where(f'limits.{key}')} limits the stress in the lattice", "leave the limit out")
         if limited

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from gradedesign.common.values.locate import Where, locating
 from gradedesign.design.case.material_checks import beyond_yield, beyond_yield_warning
@@ -43,7 +44,7 @@ def case_material(spec: MaterialSpec | None, registry: Registry, where: Where) -
 
 def resolve_material(spec: MaterialSpec, registry: Registry) -> Material:
     """Material of a case: from the library, with what the case states instead."""
-    stated = {
+    stated: dict[str, Any] = {
         key: value
         for key in (
             "youngs_modulus",
@@ -54,6 +55,8 @@ def resolve_material(spec: MaterialSpec, registry: Registry) -> Material:
         )
         if (value := getattr(spec, key)) is not None
     }
+    if spec.fatigue:
+        stated["fatigue"] = tuple(curve.curve() for curve in spec.fatigue)
     if spec.name is not None:
         base: Material = lookup(registry, "materials", spec.name)
         values = {key: getattr(base, key) for key in Material.__dataclass_fields__}
@@ -123,14 +126,20 @@ def case_process(
     )
 
 
-def require_below_yield(limits: LimitsSpec, material: Material, where: Where) -> tuple[str, ...]:
-    """Refuse a limit of stress beyond the strength of a material; a warning where it is allowed.
+def require_borne(limits: LimitsSpec, material: Material, where: Where) -> tuple[str, ...]:
+    """Refuse limits that a material does not allow; a warning of one that the case allows.
 
-    Raises CaseError with file and line, unless the case states ``beyond_yield``.
+    Raises CaseError with file and line: for a stress beyond the strength unless the case states
+    ``beyond_yield``.
     """
     strength = material.yield_strength
     if words := beyond_yield(limits, strength, material.youngs_modulus, name=material.name):
         raise CaseError(f"{where('limits.stress')}: {words}")
+    for name in limits.lists():
+        for number, entry in enumerate(getattr(limits, name)):
+            if refused := entry.refusal(material):
+                key, words = refused
+                raise CaseError(f"{where(f'limits.{name}[{number}].{key}')}: {words}")
     remark = beyond_yield_warning(limits, strength, name=material.name)
     return (remark,) if remark else ()
 

@@ -40,6 +40,7 @@ class SolidStress:
     maximum: float  #: Largest value where stress is judged.
     band: Banded
     phase: str = "solid part"
+    maximum_place: tuple[float, float, float] | None = None  #: Not looked for.
 
 
 def solid_field(

@@ -149,6 +149,7 @@ def material_data(material: Material) -> dict[str, Any]:
         ),
         "thermal_expansion_per_K": material.thermal_expansion,
         "source": material.source,
+        "fatigue": [curve.data() for curve in material.fatigue],
     }
 
 

@@ -33,7 +33,8 @@ class PhaseStress:
 
 def stress_numbers(result: RunResult) -> tuple[PhaseStress, ...]:
     """Stress of every phase and load case that was measured, those that decide a limit first."""
-    governing = {(row.load_case, row.phase): row for row in result.limits if row.phase}
+    rows = sorted((row for row in result.limits if row.phase), key=lambda row: row.utilisation)
+    governing = {(row.load_case, row.phase): row for row in rows}
     measured = {
         (case, phase): measure
         for case, phases in result.measures.items()
@@ -91,5 +92,7 @@ def _phase(
     note = ""
     if row is not None:
         before = ", before that factor" if how else ""
-        note = f"{measure['share_above']:.2%} of the judged volume is above the limit{before}."
+        least = min(each.limit for each in result.limits if each.phase)
+        limit = "the limit" if row.limit == least else f"{least:.4g} MPa, the least limit of any"
+        note = f"{measure['share_above']:.2%} of the judged volume is above {limit}{before}."
     return PhaseStress(title=title, numbers=tuple(numbers), note=note)

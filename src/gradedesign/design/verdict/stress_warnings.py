@@ -17,10 +17,11 @@ from gradedesign.mechanics.limits.row import LEAST_JUDGED
 def stress_warnings(
     limits: Sequence[Limit], result: ExplicitResult
 ) -> tuple[tuple[str, ...], list[str]]:
-    """That the printed solid yields, and which of its phases a limit of stress hardly judges."""
+    """That the printed solid yields; phases that are hardly judged, and hot spots."""
     limited = limits_stress(limits)
     yields = yielding_words(result.yields, "the printed solid", limited=limited)
-    return yields, _unjudged_phases(result) if limited else []
+    unjudged = _unjudged_phases(result) if limited else []
+    return yields, unjudged + [words for limit in limits for words in limit.hot_spots(result)]
 
 
 def _unjudged_phases(result: ExplicitResult) -> list[str]:

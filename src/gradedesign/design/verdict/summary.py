@@ -146,8 +146,8 @@ def verdict_result(
         warnings += _acceptance_warnings(accepted)
         # A grid that was coarsened to fit the memory, or refined, is part of the verdict.
         warnings += accepted.analysed.result.solved.division.refused
-    yields, unjudged = stress_warnings(model.limits, result)
-    warnings += [*unjudged, *_body_warnings(printed, accepted, checked=case.print is not None)]
+    yields, told = stress_warnings(model.limits, result)
+    warnings += [*told, *_body_warnings(printed, accepted, checked=case.print is not None)]
     warnings += design_notes(model.limits, part.lattice_volumes, design.rho)
     mapping = mapping_data(case.lattice, design.variables)
     density = plan.material.density

@@ -23,6 +23,7 @@ class StressMeasure:
     phase: str  #: One of `PHASES`.
     value: float  #: MPa. Volume percentile that is judged.
     maximum: float  #: MPa. Largest Gauss-point value: grows with refinement, reported only.
+    maximum_place: tuple[float, float, float]  #: mm.
     share_above: float  #: Share of the phase's evaluated volume above the limit.
     volume: float  #: mm^3. Evaluated volume.
     worst_cell: float  #: MPa. Largest percentile of any single neighbourhood of one cell.
@@ -63,6 +64,7 @@ def stress_measures(
             continue
         values = von_mises[chosen].ravel()
         weights = shared_volumes(volumes[chosen], von_mises)
+        x, y, z = points[:, chosen][:, np.argmax(von_mises[chosen].max(axis=1))].tolist()
         worst, centre = worst_neighbourhood(
             points[:, chosen], volumes[chosen], von_mises[chosen], percentile, cells
         )
@@ -71,6 +73,7 @@ def stress_measures(
                 phase=name,
                 value=weighted_percentile(values, weights, percentile),
                 maximum=float(values.max()),
+                maximum_place=(x, y, z),
                 share_above=float(weights[values > limit].sum() / weights.sum()),
                 volume=float(weights.sum()),
                 worst_cell=worst,

@@ -25,6 +25,10 @@ class PhaseStress(Protocol):
         """Largest von Mises stress there, MPa."""
 
     @property
+    def maximum_place(self) -> tuple[float, float, float] | None:
+        """Where it is, mm; None where that is not known."""
+
+    @property
     def band(self) -> Banded | None:
         """Band of `value`; None where one resolution alone does not tell."""
 

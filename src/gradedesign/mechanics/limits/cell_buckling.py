@@ -127,7 +127,7 @@ def _required_factor(limits: LimitsSpec) -> float | None:
         return limits.buckling_factor
     if limits.safety_factor is not None:
         return limits.safety_factor
-    return None if limits.stress is None else 1.0
+    return 1.0 if limits.limits_stress else None
 
 
 def _make(limits: LimitsSpec, placed: PlacedModel) -> tuple[Sequence[Limit], Sequence[str]]:

@@ -82,7 +82,7 @@ def made_limits(
         made, remarks = kind.make(stated, placed)
         limits += made
         warnings += remarks
-    return in_order(limits), tuple(warnings)
+    return in_order(limits), tuple(dict.fromkeys(warnings))
 
 
 def in_order(limits: Sequence[Limit]) -> tuple[Limit, ...]:

@@ -141,6 +141,10 @@ class Limit(ABC):
         """
         return None
 
+    def hot_spots(self, analysis: Analysis) -> tuple[str, ...]:  # noqa: ARG002
+        """Warnings of places beyond the limit that its value passes over."""
+        return ()
+
     def rest(self, analysis: Analysis) -> float:  # noqa: ARG002
         """Value of the solid part below which a multiple of it means nothing, in `unit`."""
         return 0.0

@@ -85,7 +85,7 @@ def displacement_warnings(limits: LimitsSpec) -> Iterator[Problem]:
 
 def _quantity(entry: LimitEntry) -> tuple[Any, ...]:
     """Fields that identify the limited quantity: all but value and load case."""
-    apart = {"load_case", *_allowed(entry)}
+    apart = {"load_case", *entry.allowing, *_allowed(entry)}
     return tuple(getattr(entry, name) for name in type(entry).model_fields if name not in apart)
 
 
@@ -101,7 +101,7 @@ def _allowed(entry: LimitEntry) -> dict[str, Allowed]:
 
 def _allowed_words(entry: LimitEntry) -> str:
     """The allowed value as a person reads it."""
-    return ", ".join(
+    return entry.words or ", ".join(
         stated_words(getattr(entry, name), DIMENSIONS[reader.dimension].unit)
         for name, reader in _allowed(entry).items()
     )

@@ -27,6 +27,7 @@ from gradedesign.common.values.value_types import (
 )
 from gradedesign.geometry.part.regions_schema import AxisIndex
 from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
+from gradedesign.mechanics.material.material import Material
 
 _TIMES_SOLID = re.compile(
     r"\s*(\d{1,6}(?:\.\d{0,6})?|\.\d{1,6})\s*[x\u00d7*]\s*solid\s*", re.ASCII | re.IGNORECASE
@@ -185,8 +186,20 @@ def stated_words(allowed: float | SolidMultiple, unit: str) -> str:
 class LimitEntry(Table):
     """One table of a list of limits in the case file, for one load case or all of them."""
 
+    #: Fields that say what is allowed, beside those that `Allowed` reads; `words` tells them.
+    allowing: ClassVar[tuple[str, ...]] = ()
+
     load_case: Name | None = Field(default=None, examples=["tip load"])
     """Name of the only load case it holds for; without it, all."""
+
+    @property
+    def words(self) -> str:
+        """That which the fields of `allowing` allow, as a person reads it."""
+        return ""
+
+    def refusal(self, material: Material) -> tuple[str, str] | None:  # noqa: ARG002
+        """Its key and words where it cannot be had of a material; None where it can."""
+        return None
 
     def judged(self, load_cases: Sequence[LoadCaseSpec]) -> list[LoadCaseSpec]:
         """Load cases that it holds for."""
@@ -272,6 +285,11 @@ class LimitsSpec(Table):
         """Names of the lists of limits, those that kinds bring included."""
         brought = [name for name in cls.model_fields if name not in LimitsSpec.model_fields]
         return ("displacement", *brought)
+
+    @property
+    def limits_stress(self) -> bool:
+        """Whether a stress is limited, for one loading or for many."""
+        return any((self.stress, self.safety_factor, getattr(self, "fatigue", None)))
 
     @property
     def empty(self) -> bool:

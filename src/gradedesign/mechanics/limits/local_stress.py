@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
 from gradedesign.mechanics.limits.analysis import SubmodelStress
@@ -87,42 +88,62 @@ class StressLimit(PercentileLimit):
 
 
 def allowed_stress(limits: LimitsSpec, material: Material) -> float | None:
-    """Allowed von Mises stress, MPa; None where none is stated."""
+    """Least von Mises stress that a limit allows, MPa; None where none is stated."""
+    stated = [] if (once := _allowed_once(limits, material)) is None else [once]
+    stated += [entry.allowed(material) for entry in getattr(limits, "fatigue", ())]
+    return min(stated, default=None)
+
+
+def _allowed_once(limits: LimitsSpec, material: Material) -> float | None:
+    """Allowed von Mises stress of loads that act once, MPa; None where none is stated."""
     if limits.safety_factor is not None:
         return material.yield_strength / limits.safety_factor
     return limits.stress
 
 
-def _make(limits: LimitsSpec, placed: PlacedModel) -> tuple[Sequence[Limit], Sequence[str]]:
-    allowed, percentile = allowed_stress(limits, placed.material), limits.percentile
-    if allowed is None:
-        return (), ()
+def stress_limits(
+    limits: LimitsSpec,
+    placed: PlacedModel,
+    allowed: float,
+    *,
+    kind: str,
+    load_case: str = "",
+    cycle: str = "",
+) -> tuple[Sequence[PercentileLimit], Sequence[str]]:
+    """Limits on the stress in the lattice and in solid members, and their warnings.
+
+    ``allowed``, MPa. ``load_case``: the only one that is judged; all without it. ``cycle``: how
+    often its loads act, in words.
+    """
+    percentile = limits.percentile
+
+    def made(limit: type[PercentileLimit], phase: str, **more: Any) -> PercentileLimit:
+        return limit(
+            key=LimitKey(kind=kind, region=phase, load_case=load_case),
+            name=f"{kind} in {phase}",
+            allowed=allowed,
+            percentile=percentile,
+            evaluated=placed.evaluated,
+            cycle=cycle,
+            **more,
+        )
+
+    if not placed.cells:
+        return (made(BodyStressLimit, PHASE),), ()
     room = placed.lattice_volumes
     total = float(room.sum())
     share = float(room[~placed.evaluated].sum() / total) if total > 0 else 0.0
-    limit = StressLimit(
-        key=LimitKey(kind=KIND.name, region="lattice"),
-        name="stress in lattice",
-        allowed=allowed,
-        percentile=percentile,
-        evaluated=placed.evaluated,
-        judged=1.0 - share,
-        apart=(PHASE,) if placed.members else (),
-    )
-    solid = MemberStressLimit if placed.cells else BodyStressLimit
-    members = solid(
-        key=LimitKey(kind=KIND.name, region=PHASE),
-        name=f"stress in {PHASE}",
-        allowed=allowed,
-        percentile=percentile,
-        evaluated=placed.evaluated,
-    )
-    if not placed.cells:
-        return (members,), ()
-    return (limit, members) if placed.members else (limit,), (
+    apart = (PHASE,) if placed.members else ()
+    lattice = made(StressLimit, "lattice", judged=1.0 - share, apart=apart)
+    return (lattice, *(made(MemberStressLimit, phase) for phase in apart)), (
         *(w for law in placed.law.laws for w in percentile_warnings(law, percentile)),
         *share_warnings(share, placed.exclusion_radius),
     )
+
+
+def _make(limits: LimitsSpec, placed: PlacedModel) -> tuple[Sequence[Limit], Sequence[str]]:
+    allowed = _allowed_once(limits, placed.material)
+    return ((), ()) if allowed is None else stress_limits(limits, placed, allowed, kind=KIND.name)
 
 
 def percentile_warnings(law: ScalingLaw, percentile: float) -> tuple[str, ...]:
@@ -151,7 +172,7 @@ def share_warnings(share: float, radius: float) -> tuple[str, ...]:
 def _stated(
     limits: LimitsSpec, _load_cases: Sequence[LoadCaseSpec], material: Material
 ) -> Sequence[StatedLimit]:
-    allowed = allowed_stress(limits, material)
+    allowed = _allowed_once(limits, material)
     if allowed is None:
         return ()
     return (StatedLimit(name="stress", load_case="every", allowed=f"{allowed:.4g} MPa"),)

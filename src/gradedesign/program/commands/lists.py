@@ -29,7 +29,7 @@ from gradedesign.mechanics.material.power_fit import (
 )
 from gradedesign.mechanics.material.scaling_law import ScalingLaw
 from gradedesign.program.commands.plugins import registry_for
-from gradedesign.program.commands.show import print_json, print_table
+from gradedesign.program.commands.show import print_json, print_table, print_text
 
 #: Quantities that power laws are fitted to, in words.
 _FITTED = {"E": "E along the softest axis", "strength": "strength"}
@@ -263,6 +263,7 @@ def materials(*, strict_plugins: bool, as_json: bool) -> None:
             "yield_strength_MPa": m.yield_strength,
             "thermal_expansion_1_K": m.thermal_expansion,
             "source": m.source,
+            "fatigue": [curve.data() for curve in m.fatigue],
         }
         for m in registry.materials.values()
     ]
@@ -285,6 +286,9 @@ def materials(*, strict_plugins: bool, as_json: bool) -> None:
             for d in data
         ],
     )
+    for m in registry.materials.values():
+        for curve in m.fatigue:
+            print_text(f"S-N curve of {m.name}, {curve.words}: {curve.source}", hang=2)
 
 
 #: Inclinations of struts in the list of processes, degrees.
