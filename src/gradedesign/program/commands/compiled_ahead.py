@@ -1,8 +1,8 @@
 """Kernels that the end of a run needs, compiled in a process beside its beginning.
 
 Numba compiles a kernel for the types that it is called with, once on a machine, on one core. So the
-process, ``python -m`` this module, solves a small solid on finite cells and contours it: the stages
-that a run reaches last and whose kernels take longest. The run finds them in numba's cache.
+process, ``python -m`` this module, solves a small solid on finite cells, contours and draws it: the
+stages that a run reaches last and whose kernels take longest. The run finds them in numba's cache.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from gradedesign.mechanics.finite_cell.recovery import recovered_stress
 from gradedesign.mechanics.finite_cell.stress import displacement_at, solid_points
 from gradedesign.mechanics.finite_cell.surface import element_table, locate
 from gradedesign.mechanics.material.material import Material
+from gradedesign.program.pictures.pictures import surface_still
 
 log = logging.getLogger(__name__)
 
@@ -65,7 +66,7 @@ def compiling_ahead() -> Iterator[None]:
 
 
 def rehearse() -> None:
-    """Solve a small solid on finite cells, take its stress, and contour it."""
+    """Solve a small solid on finite cells, take its stress, contour and draw it."""
     upper = np.array(_SIZE)
     press = LoadCaseSpec.model_validate(
         {
@@ -89,7 +90,7 @@ def rehearse() -> None:
     recovered_stress(result.elements, result.space, u, result.lame, at, 0.0)
     found = locate(result.elements, element_table(result.elements), at.points[:, :9])
     displacement_at(result.elements, result.space, u, found, at.points[:, :9])
-    extract_surface(_sheets, np.zeros(3) - 0.5, upper + 0.5, 0.5)
+    surface_still(extract_surface(_sheets, np.zeros(3) - 0.5, upper + 0.5, 0.5), "any")
 
 
 def _sheets(points: FloatArray) -> FloatArray:
