@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from gradedesign.design.check.draft_case import draft_case, draft_text, open_questions
+from gradedesign.design.check.draft_case import draft_case
+from gradedesign.design.check.draft_text import draft_text, open_questions
 from gradedesign.geometry.part.file_faces import FileFaces
 from gradedesign.geometry.part.raw_triangles import RawTriangles
 from gradedesign.program.host.registry import build_registry

@@ -20,7 +20,7 @@ from typing import Any, TypeAlias
 
 from pydantic import TypeAdapter, ValidationError
 
-from gradedesign.common.values.key_path import with_values
+from gradedesign.common.values.key_path import parse_key, with_values
 from gradedesign.common.values.plugins_by_name import supplied_by
 from gradedesign.common.values.problems import (
     Problem,
@@ -133,13 +133,23 @@ def _read_tables(
     data = with_values(data, values)
     layout = with_brought(CaseFile, _named_keys(data, brought))
     content, problems = _validate(data, file.parent, layout, allow_outside=allow_outside)
-    problems = [_of_plugin(problem) for problem in problems]
     problems.extend(reference_problems(data))
     if content is not None:
         problems.extend(cross_problems(content))
     if content is None or problems:
         raise case_error(file, lines, problems)
     return content, file, lines
+
+
+def problems_at(data: Mapping[str, Any], key: str) -> list[str]:
+    """Problems at one dotted key of a case, and below it; others may be open still.
+
+    ``data``: as TOML gives it.
+    """
+    path = parse_key(key)
+    _, problems = _validate(data, Path(), CaseFile, allow_outside=False)
+    problems.extend(reference_problems(data))
+    return [problem.text() for problem in problems if problem.key[: len(path)] == path]
 
 
 def read_toml(file: Path) -> tuple[dict[str, Any], dict[Key, int]]:
@@ -294,7 +304,7 @@ def _validate(
     if "load_case" in needed and not sections.get("load_case", True):
         problems.append(missing(("load_case",), layout.model_fields["load_case"]))
     if problems:
-        return None, list(without_meant(problems))
+        return None, [_of_plugin(problem) for problem in without_meant(problems)]
     return layout(**sections), problems
 
 

@@ -1,4 +1,4 @@
-"""A case file to begin with: a part's faces as regions, and "?" for what only its user knows."""
+"""A case to begin with: the part, and its faces as regions."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import chain, count
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from pydantic import ValidationError
@@ -22,6 +22,7 @@ from gradedesign.design.resolve.registry import Registry
 from gradedesign.errors import CaseError
 from gradedesign.geometry.part.part import Part, read_part
 from gradedesign.geometry.part.part_schema import UNITS, PartSpec
+from gradedesign.geometry.part.raw_triangles import UNIT_MM, RawTriangles
 from gradedesign.geometry.part.regions import Region, select_regions
 from gradedesign.geometry.part.regions_schema import AXES
 from gradedesign.geometry.part.round_shapes import RoundShapes, round_shapes
@@ -43,6 +44,11 @@ _WHOLE = "360 deg"
 _LETTERS = 60
 #: Share of a size below which a coordinate is rounding noise.
 _NOISE = 1e-6
+#: Name of a region, its keys, and the shape that they select.
+_Candidate: TypeAlias = tuple[str, dict[str, Any], RoundShapes | None]
+#: Longest edges of a part, mm, that cells of a few mm fit into and printers hold, and units in the
+#: order in which they are tried. Chosen, not measured.
+_USUAL_EDGES, _USUAL_UNITS = (10.0, 2000.0), ("mm", "inch", "cm", "m", "um")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -53,6 +59,7 @@ class DraftCase:
     stated: Mapping[str, str]  #: Keys of ``[part]`` beside its file.
     regions: Mapping[str, Region]  #: Every one selects what its lines say.
     lines: Mapping[str, str]  #: TOML of each region.
+    shapes: Mapping[str, RoundShapes]  #: Holes, slots and inner cones among them.
     others: tuple[RoundShapes, ...]  #: Round shapes that are none of them.
     cell_size: float  #: mm. Half of the mean chord of the part.
 
@@ -84,7 +91,8 @@ def draft_case(
     groups = round_shapes(part.surface, part.faces)
     regions: dict[str, Region] = {}
     lines: dict[str, str] = {}
-    for name, keys in (*_file_names(part), *_holes(groups), *_flat_ends()):
+    shapes: dict[str, RoundShapes] = {}
+    for name, keys, shape in (*_file_names(part), *_holes(groups), *_flat_ends()):
         try:
             spec = {name: RegionSpec.model_validate(keys)}
             found = select_regions(part.surface, part.faces, spec, part.file_faces)[name]
@@ -95,6 +103,8 @@ def draft_case(
             continue
         key = next(k for k in chain([name], (f"{name}_{n}" for n in count(2))) if k not in regions)
         regions[key] = found
+        if shape is not None:
+            shapes[key] = shape
         lines[key] = "\n".join(f"{k} = {toml_value(value)}" for k, value in keys.items())
         lines[key] += _one_of(found, part)
     area = float(triangle_areas(part.surface.vertices, part.surface.faces).sum())
@@ -104,7 +114,8 @@ def draft_case(
         stated=stated,
         regions=regions,
         lines=lines,
-        others=tuple(g for g in groups if not (g.kind in _HOLLOW and _hole_name(g) in lines)),
+        shapes=shapes,
+        others=tuple(g for g in groups if g not in shapes.values()),
         cell_size=float(f"{2.0 * part.volume / area:.2g}"),
     )
 
@@ -127,17 +138,32 @@ def part_of_file(
                 f"{path.name} is read as only its user can say: write the case with a table "
                 f"[part.{reader.key}], see docs/parts.md"
             )
-    if "units" not in stated:
-        raw = readers[suffix](path)
-        if raw.unit is None and unit is None:
-            box = " x ".join(f"{edge:.4g}" for edge in np.ptp(raw.corners.reshape(-1, 3), axis=0))
-            raise CaseError(
-                f"{path.name} carries no unit, and its box is {box} of them; state one of "
-                + ", ".join(f'units="{unit}"' for unit in UNITS)
-            )
-        if raw.unit is None and unit is not None:
-            shape = _shape(path, {**stated, "units": unit})
+    if "units" not in stated and (edges := _edges_without_unit(readers[suffix](path))):
+        if unit is None:
+            raise UnitError(path.name, edges)
+        shape = _shape(path, {**stated, "units": unit})
     return read_part(shape, {}, readers, Where(file=path.name))
+
+
+class UnitError(CaseError):
+    """A file carries no unit, and none was stated; with the likeliest one and why."""
+
+    def __init__(self, name: str, edges: tuple[float, ...]) -> None:
+        least, most = _USUAL_EDGES
+        fitting = (u for u in _USUAL_UNITS if least <= UNIT_MM[u] * max(edges) <= most)
+        box = " x ".join(f"{edge:.4g}" for edge in edges)
+        self.box = f"{name} carries no unit, and its box is {box} of them"
+        self.unit = next(fitting, UNITS[0])
+        in_mm = " x ".join(f"{UNIT_MM[self.unit] * edge:.4g}" for edge in edges)
+        tried = ", ".join(_USUAL_UNITS)
+        self.why = f"then {in_mm} mm; first of {tried} to make it {least:g} to {most:g} mm long"
+        words = ", ".join(f'units="{unit}"' for unit in UNITS)
+        super().__init__(f"{self.box}; state one of {words}; likely {self.unit}: {self.why}")
+
+
+def _edges_without_unit(raw: RawTriangles) -> tuple[float, ...]:
+    """Edges of the box of a file that carries no unit; empty of one that does."""
+    return tuple(np.ptp(raw.corners.reshape(-1, 3), axis=0).tolist()) if raw.unit is None else ()
 
 
 def _shape(path: Path, stated: Mapping[str, str]) -> PartSpec:
@@ -146,61 +172,20 @@ def _shape(path: Path, stated: Mapping[str, str]) -> PartSpec:
     return PartSpec.model_validate({"file": path.name, **stated}, context=context)
 
 
-def draft_text(draft: DraftCase, name: str, file_name: str) -> str:
-    """The case file of a draft.
-
-    ``name``: of the case. ``file_name``: of the part, beside the case file.
-    """
-    more = "".join(f"{key} = {toml_value(value)}\n" for key, value in draft.stated.items())
-    regions = "\n\n".join(f"[region.{key}]\n{text}" for key, text in draft.lines.items())
-    return f"""\
-# State what stands as "?", leave out the regions that nothing needs, then: gradedesign check
-[case]
-name = {toml_value(name)}
-
-[part]
-file = {toml_value(file_name)}
-{more}
-# Faces that may be held or loaded.
-{regions or "# None was found: see docs/parts.md for how regions are picked."}
-
-[material]
-name = "?"  # gradedesign materials lists them
-
-# Solid behind faces that are bolted or loaded, one table each:
-# [[keep]]
-# region = "?"
-# margin = "2 mm"
-
-[[load_case]]
-name = "load"
-fix = [{{region = "?"}}]
-load = [{{region = "?", force = ["? N", "? N", "? N"]}}]
-
-[limits]
-safety_factor = "?"  # a number, on the yield strength
-# displacement = [{{region = "?", magnitude = "? mm"}}]
-
-[lattice]
-cell = "?"  # gradedesign cells lists them
-size = "{draft.cell_size:g} mm"  # half of the part's mean thickness
-"""
-
-
-def _holes(groups: tuple[RoundShapes, ...]) -> Iterator[tuple[str, dict[str, Any]]]:
+def _holes(groups: tuple[RoundShapes, ...]) -> Iterator[_Candidate]:
     """Holes, slots and inner cones by size and direction, the largest faces first."""
     holes = sorted((g for g in groups if g.kind in _HOLLOW), key=lambda g: -g.area)
     for hole in holes[:_MOST_REGIONS]:
         key, stated = hole.keys
         name = _hole_name(hole)
-        yield name, {key: stated, "count": hole.count}
+        yield name, {key: stated, "count": hole.count}, hole
         if key == "cylinder" and "span" not in stated:
             # Where half a bore, or the ends of a slot, have the same diameter.
-            yield name, {key: {**stated, "span": _WHOLE}, "count": hole.count}
+            yield name, {key: {**stated, "span": _WHOLE}, "count": hole.count}, hole
         if hole.count == 1 and key != "slot":
             # Where a boss or a rounding has the same diameter.
             point = _lengths(hole.points[0], hole.diameter)
-            yield name, {key: {**stated, "point": point}, "count": 1}
+            yield name, {key: {**stated, "point": point}, "count": 1}, hole
 
 
 def _hole_name(hole: RoundShapes) -> str:
@@ -209,21 +194,21 @@ def _hole_name(hole: RoundShapes) -> str:
     return f"{word}_{width}" + ("" if hole.axis_name is None else f"_{hole.axis_name}")
 
 
-def _file_names(part: Part) -> Iterator[tuple[str, dict[str, Any]]]:
+def _file_names(part: Part) -> Iterator[_Candidate]:
     """Faces by the names that the file has for them."""
     if part.file_faces is None:
         return
     names = list(dict.fromkeys(part.file_faces.names.values()))
     for name in names[:_MOST_REGIONS]:
         plain = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_").lower()[:_LETTERS]
-        yield plain or "face", {"name": name}
+        yield plain or "face", {"name": name}, None
 
 
-def _flat_ends() -> Iterator[tuple[str, dict[str, Any]]]:
+def _flat_ends() -> Iterator[_Candidate]:
     """Flat faces on the sides of the part's box."""
     for axis in AXES:
         for side in ("min", "max"):
-            yield f"{axis}_{side}", {"plane": f"{axis} = {side}"}
+            yield f"{axis}_{side}", {"plane": f"{axis} = {side}"}, None
 
 
 def _one_of(region: Region, part: Part) -> str:
@@ -243,42 +228,3 @@ def _lengths(point: FloatArray, size: float) -> list[str]:
 
 def _same(a: Region, b: Region) -> bool:
     return np.array_equal(np.sort(a.triangles), np.sort(b.triangles))
-
-
-#: What to write for each "?" of a drafted case, by the keys that hold one.
-_EXPECTED = {
-    "keep[0].region": "where wanted: a region that stays solid, by its name",
-    "material.name": 'a material that `gradedesign materials` lists, such as "Ti-6Al-4V"',
-    "load_case[0].fix[0].region": "the region that is held, by its name",
-    "load_case[0].load[0].region": "the region that is loaded, by its name",
-    "load_case[0].load[0].force": 'force along x, y and z, such as ["0 N", "0 N", "-500 N"]',
-    "limits.safety_factor": "a number above 1, such as 2: yield strength over stress",
-    "limits.displacement[0].region": "where wanted: the region whose displacement is limited",
-    "limits.displacement[0].magnitude": 'with it: how far it may move, such as "0.1 mm"',
-    "lattice.cell": "a cell that `gradedesign cells` lists, by its name",
-}
-_TABLE = re.compile(r"(?:# )?(\[+)(\w+)\]+")
-_ENTRY = re.compile(r'(\w+) = \[?"\?')
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OpenQuestion:
-    """A "?" in a drafted case: its line, its key and how to answer it."""
-
-    line: int
-    key: str
-    expected: str
-
-
-def open_questions(text: str) -> tuple[OpenQuestion, ...]:
-    """Every "?" of a drafted case `draft_text`, those in comments included, line by line."""
-    found, table = [], ""
-    for line, row in enumerate(text.splitlines(), start=1):
-        header = _TABLE.match(row)
-        if header:
-            table = header[2] + ("[0]" if len(header[1]) > 1 else "")
-        outer = row.removeprefix("# ").partition(" = ")[0]
-        for name in _ENTRY.findall(row):
-            key = f"{table}.{name}" if name == outer else f"{table}.{outer}[0].{name}"
-            found.append(OpenQuestion(line=line, key=key, expected=_EXPECTED[key]))
-    return tuple(found)

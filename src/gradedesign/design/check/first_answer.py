@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -53,6 +54,7 @@ class FirstAnswer:
     yields: tuple[str, ...] = ()  #: Warning that the fully solid part yields away from supports.
     #: Other bodies that hold the same limits, and the one that the case asks for.
     bodies: tuple[PricedBody, ...] = ()
+    run_s: Mapping[str, float] = field(default_factory=dict)  #: s, that a run takes, by body.
 
     @property
     def feasible(self) -> bool:

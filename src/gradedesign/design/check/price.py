@@ -7,10 +7,13 @@ and void nothing is built: its void is a lattice of hardly any stiffness and mas
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
 from gradedesign.common.system.progress import report_step
+from gradedesign.design.check.check_case import CaseCheck
+from gradedesign.design.check.predicted_run import predicted_run
 from gradedesign.design.loop.iteration_steps import (
     SizingPlan,
     design_filter,
@@ -18,8 +21,12 @@ from gradedesign.design.loop.iteration_steps import (
 )
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.member_size import with_member_size
+from gradedesign.design.resolve.own_cell import with_own_cell
+from gradedesign.design.resolve.plan import resolve_case, with_acceptance
+from gradedesign.design.resolve.registry import Registry
 from gradedesign.errors import GradeDesignError
-from gradedesign.geometry.lattice.lattice_schema import PHASES
+from gradedesign.geometry.lattice.lattice_schema import PHASES, LatticeSpec
+from gradedesign.geometry.lattice.part_room import inner_points
 from gradedesign.mechanics.explicit.correction import Correction
 from gradedesign.mechanics.material.law_field import LawField
 from gradedesign.mechanics.material.void_law import VOID_DENSITY, VOID_LAW
@@ -131,6 +138,27 @@ def price_of_lattice(
             )
         )
     return tuple(bodies)
+
+
+def seconds_of_bodies(checked: CaseCheck, registry: Registry) -> dict[str, float]:
+    """Seconds that a run is predicted to take by body; none of one that no run can make."""
+    plan = checked.plan
+    case, found = plan.case, {}
+    if not case.lattice.cells:
+        return {_VOID_BODY: checked.run.run_s}
+    for name, keys in _BODIES.items():
+        with suppress(GradeDesignError):
+            lattice = case.lattice.model_copy(update=keys)
+            if name == _VOID_BODY:
+                least = with_member_size(lattice, case.part, case.print, case.where).least_member
+                stated = {"phases": list(keys["phases"]), _SIZE: f"{least} mm"}
+                lattice = LatticeSpec.model_validate(stated)
+                registry = with_own_cell(lattice, registry, case.where)
+                plan = resolve_case(case.model_copy(update={"lattice": lattice}), registry)
+            other = with_acceptance(case.model_copy(update={"lattice": lattice}))
+            inside = inner_points(plan.domain).shape[1]
+            found[name] = predicted_run(replace(plan, case=other), inside).run_s
+    return found
 
 
 def _none(name: str, why: str, *, asked: bool) -> PricedBody:

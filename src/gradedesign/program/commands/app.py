@@ -195,25 +195,72 @@ def new(
     bodies: Annotated[
         str, typer.Option("--bodies", help="one, join where solids touch, or all.")
     ] = "one",
+    material: Annotated[
+        str | None,
+        typer.Option(
+            "--material",
+            help="Its name, see gradedesign materials.",
+            autocompletion=completed("materials"),
+        ),
+    ] = None,
+    fix: Annotated[
+        list[str] | None, typer.Option("--fix", help="Region that is held; may be repeated.")
+    ] = None,
+    load: Annotated[
+        list[str] | None,
+        typer.Option("--load", help="REGION=FX,FY,FZ, force in N; may be repeated."),
+    ] = None,
+    safety_factor: Annotated[
+        str | None, typer.Option("--safety-factor", help="On the yield strength, such as 2.")
+    ] = None,
+    displacement: Annotated[
+        list[str] | None,
+        typer.Option("--displacement", help="REGION=LIMIT in mm, or REGION=2 x solid."),
+    ] = None,
+    min_wall: Annotated[
+        str | None, typer.Option("--min-wall", help="Thinnest wall of the printer, mm.")
+    ] = None,
+    cell: Annotated[
+        str | None,
+        typer.Option(
+            "--cell",
+            help="Its name, see gradedesign cells.",
+            autocompletion=completed("cell_families"),
+        ),
+    ] = None,
+    size: Annotated[
+        str | None, typer.Option("--size", help="Of a cell, mm [half the part's thickness].")
+    ] = None,
+    ask: Annotated[
+        bool, typer.Option("--ask/--no-ask", help="Ask for what no option states, at a terminal.")
+    ] = True,
+    estimate: Annotated[
+        bool, typer.Option("--estimate", help="Also predict masses, as check does.")
+    ] = False,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Show the part and its regions; write nothing.")
     ] = False,
     strict_plugins: Strict = False,
     as_json: Json = False,
 ) -> None:
-    """Begin a case: its file, with the part's holes and flat ends as regions."""
+    """Begin a case: from a part's holes and flat ends, by answers to a few questions."""
+    from gradedesign.program.commands.answers import typed_by_key
     from gradedesign.program.commands.new import new as command
 
-    command(
+    code = command(
         part,
         output,
         units=units,
         repair=repair,
         bodies=bodies,
+        typed=typed_by_key(material, fix, load, safety_factor, displacement, min_wall, cell, size),
+        ask=ask,
+        estimate=estimate,
         dry_run=dry_run,
         strict_plugins=strict_plugins,
         as_json=as_json,
     )
+    raise typer.Exit(code)
 
 
 @app.command()

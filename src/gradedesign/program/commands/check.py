@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,7 +24,13 @@ from gradedesign.program.commands.check_data import (
 from gradedesign.program.commands.check_stated import check_stated
 from gradedesign.program.commands.plugins import registry_for
 from gradedesign.program.commands.progress_lines import ProgressLines
-from gradedesign.program.commands.show import print_json, print_table, print_text, print_warnings
+from gradedesign.program.commands.show import (
+    duration,
+    print_json,
+    print_table,
+    print_text,
+    print_warnings,
+)
 from gradedesign.program.commands.show_answer import answer_data, print_answer
 from gradedesign.program.commands.show_part import (
     extent,
@@ -69,7 +76,7 @@ def check(
     with ProgressLines("check", err=True):
         checked = check_case(case, registry)
         warnings = list(checked.warnings)
-        answer = estimated(case, registry) if estimate else None
+        answer = estimated(case, checked, registry) if estimate else None
         broken = answer is not None and not answer.feasible
         warnings += () if answer is None else answer.yields
         drawn = None
@@ -90,16 +97,21 @@ def check(
     return UNMET if broken else 0
 
 
-def estimated(case: Case, registry: Registry) -> FirstAnswer:
-    """Mesh and analyse the solid part as a run does, and size it once."""
+def estimated(case: Case, checked: CaseCheck, registry: Registry) -> FirstAnswer:
+    """Mesh and analyse the solid part as a run does, and size it once.
+
+    ``checked``: the check of that case.
+    """
     # Only here: a check without it needs no finite elements.
     from gradedesign.design.check.first_answer import first_answer
+    from gradedesign.design.check.price import seconds_of_bodies
     from gradedesign.design.resolve.design_model import prepare
     from gradedesign.design.resolve.solid import solve_solid, with_solid
 
     model = prepare(case, registry)
     report_step("solid part")
-    return first_answer(with_solid(model, solve_solid(model.homogenised)))
+    answer = first_answer(with_solid(model, solve_solid(model.homogenised)))
+    return replace(answer, run_s=seconds_of_bodies(checked, registry))
 
 
 def _picture_path(checked: CaseCheck) -> Path:
@@ -145,6 +157,11 @@ def print_check(checked: CaseCheck) -> None:
         )
     print_holes(plan.part, checked.holes)
     print_file_faces(plan.part)
+    print_outlook(checked)
+
+
+def print_outlook(checked: CaseCheck) -> None:
+    """Print what a run of a checked case is about and will take."""
     _print_loads(checked)
     print_text("free rigid motions: none")
     print_table("Limits", ("limit", "load case", "allowed"), stated_limits(checked))
@@ -257,17 +274,10 @@ def _cost_lines(checked: CaseCheck) -> Iterator[str]:
     else:
         yield f'explicit lattice: none, [run] stop_after = "{budget.stop_after}"'
     yield (
-        f"time: about {_duration(run.run_s)} of {_duration(budget.time)} allowed, "
-        f"{_duration(run.iteration_s)} an iteration on two idle cores"
+        f"time: about {duration(run.run_s)} of {duration(budget.time)} allowed, "
+        f"{duration(run.iteration_s)} an iteration on two idle cores"
     )
 
 
 def _mesh_size(checked: CaseCheck) -> str:
     return f"{checked.plan.case.part.element_size:g} mm"
-
-
-def _duration(seconds: float) -> str:
-    """Seconds below two minutes, minutes below two hours, hours."""
-    if seconds < 120:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"

@@ -89,6 +89,19 @@ def print_as_built(result: RunResult) -> None:
         )
 
 
+def duration(seconds: float) -> str:
+    """Seconds below two minutes, minutes below two hours, hours.
+
+    Examples
+    --------
+    >>> duration(90), duration(3600), duration(9000)
+    ('90 s', '60 min', '2.5 h')
+    """
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
 def print_warnings(warnings: Iterable[str]) -> None:
     """Print warnings, one paragraph each."""
     for warning in warnings:

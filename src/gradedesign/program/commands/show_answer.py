@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from gradedesign.design.case.read_case import NO_VALUES
 from gradedesign.mechanics.limits.verdict import why_infeasible
-from gradedesign.program.commands.show import print_table, print_text
+from gradedesign.program.commands.show import duration, print_table, print_text
 
 if TYPE_CHECKING:
     from gradedesign.design.check.first_answer import FirstAnswer
@@ -40,7 +41,9 @@ def answer_data(answer: FirstAnswer) -> dict[str, Any]:
             "mean_density": answer.sized_density,
             "largest_utilisation": answer.sized_utilisation,
         },
-        "bodies": [asdict(body) for body in answer.bodies],
+        "bodies": [
+            {**asdict(body), "run_seconds": answer.run_s.get(body.name)} for body in answer.bodies
+        ],
         "why_lattice": answer.why_lattice,
     }
 
@@ -80,30 +83,35 @@ def print_answer(answer: FirstAnswer) -> None:
     if not answer.feasible:
         print_text(f"INFEASIBLE: {_why_infeasible(answer)}", hang=2)
         return
-    print_bodies(answer.bodies, answer.why_lattice)
+    print_bodies(answer.bodies, answer.why_lattice, run_s=answer.run_s)
     print_text("no lattice was analysed: a run judges these limits on the printed solid", hang=2)
 
 
 def print_bodies(
-    bodies: Sequence[PricedBody], why_lattice: str, *, accepted_g: float | None = None
+    bodies: Sequence[PricedBody],
+    why_lattice: str,
+    *,
+    accepted_g: float | None = None,
+    run_s: Mapping[str, float] = NO_VALUES,
 ) -> None:
-    """Print what other bodies would weigh, and the mass of the one that was built and accepted."""
+    """Print what other bodies would weigh, and the mass of the one that was built and accepted.
+
+    ``run_s``: seconds that a run of each is predicted to take, by name, where they are known.
+    """
     if not bodies:
         return
     built = "" if accepted_g is None else f"; the accepted one weighs {accepted_g:.4g} g"
-    print_table(
-        f"Bodies that hold the same limits, predicted on the homogenised part{built}",
-        ("body", "mass g", "most used limit", "note"),
-        [
-            (
-                body.name,
-                "-" if body.mass_g is None else f"{body.mass_g:.4g}",
-                "-" if body.largest_utilisation is None else f"{body.largest_utilisation:.1%}",
-                body.words,
-            )
-            for body in bodies
-        ],
-    )
+    columns = ("body", "mass g", "most used limit", *(["its run"] if run_s else ()), "note")
+    rows = []
+    for body in bodies:
+        used = body.largest_utilisation
+        row = [body.name, "-" if body.mass_g is None else f"{body.mass_g:.4g}"]
+        row.append("-" if used is None else f"{used:.1%}")
+        if run_s:
+            row.append(duration(run_s[body.name]) if body.name in run_s else "-")
+        rows.append([*row, body.words])
+    title = f"Bodies that hold the same limits, predicted on the homogenised part{built}"
+    print_table(title, columns, rows)
     if why_lattice:
         print_text(why_lattice, hang=2)
 

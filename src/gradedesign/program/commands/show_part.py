@@ -39,16 +39,26 @@ def repair_words(part: Part) -> str:
     return "repairs: " + (", ".join(f"{key} {count}" for key, count in made.items()) or "none")
 
 
-def print_regions(part: Part, regions: Mapping[str, Region]) -> None:
-    """Print area and place of regions."""
-    print_table(
-        "Regions",
-        ("region", "faces", "area mm^2", "centroid mm"),
-        [
-            (name, str(len(r.faces)), f"{r.area:.4g}", point_words(r.centroid, extent(part)))
-            for name, r in sorted(regions.items())
-        ],
-    )
+def print_regions(
+    part: Part, regions: Mapping[str, Region], shapes: Mapping[str, RoundShapes] | None = None
+) -> None:
+    """Print area and place of regions; of a draft numbered, with the shapes that they are."""
+    rows = []
+    for number_, (name, r) in enumerate(sorted(regions.items()), start=1):
+        row = [name, str(len(r.faces)), f"{r.area:.4g}", point_words(r.centroid, extent(part))]
+        if shapes is not None:
+            shape = shapes.get(name)
+            round_ = ("-", "-") if shape is None else (f"{shape.diameter:.4g}", _axis_words(shape))
+            row = [str(number_), name, row[1], *round_, *row[2:]]
+        rows.append(row)
+    columns: tuple[str, ...] = ("region", "faces", "area mm^2", "centroid mm")
+    if shapes is not None:
+        columns = ("#", *columns[:2], "diameter mm", "axis", *columns[2:])
+    print_table("Regions", columns, rows)
+
+
+def _axis_words(shape: RoundShapes) -> str:
+    return shape.axis_name or triple(shape.axis)
 
 
 def print_holes(part: Part, holes: Sequence[RoundShapes]) -> None:
