@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import pytest
 import trimesh
 
+from gradedesign.design.check.proposals import Proposal, Proposals
 from gradedesign.program.commands import new as new_command
 
 #: Whole answers for the bar, as options.
@@ -123,6 +124,24 @@ def test_enter_takes_what_is_proposed_and_says_why(cli, bar, terminal):
     assert "print" not in data
     assert data["lattice"]["size"] == "5 mm"
     assert "?" not in case_text()
+
+
+def test_holes_alone_are_proposed_for_bolts_and_pins():
+    """Roundings and slots are no place for either, however many or large they are."""
+
+    def shape(kind, count, diameter, area):
+        return SimpleNamespace(kind=kind, count=count, diameter=diameter, area=area)
+
+    shapes = {
+        "bolts": shape("hole", 4, 6.0, 300.0),
+        "seats": shape("hole", 4, 11.0, 500.0),
+        "corners": shape("inner rounding", 8, 3.0, 90.0),
+        "pin": shape("hole", 1, 10.0, 400.0),
+        "slot": shape("slot", 1, 20.0, 900.0),
+    }
+    proposals = Proposals(draft=SimpleNamespace(shapes=shapes, regions={}), registry=None)
+    assert proposals.support() == Proposal(name="bolts", why="4 equal holes, as for bolts")
+    assert proposals.load({"bolts"}).name == "pin"
 
 
 @pytest.mark.parametrize(

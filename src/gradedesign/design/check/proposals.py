@@ -11,6 +11,7 @@ import numpy as np
 from gradedesign.design.check.draft_case import DraftCase
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.geometry.part.regions import Region
+from gradedesign.geometry.part.round_shapes import RoundShapes
 from gradedesign.mechanics.material.scaling_law import has_strength
 
 #: Density at which cells are compared: where lattices of lightened parts mostly lie, which many
@@ -47,7 +48,7 @@ class Proposals:
 
     def support(self) -> Proposal | None:
         """The most frequent holes, the smallest of these, or else the largest flat face."""
-        holes = [(hole.count, -hole.diameter, name) for name, hole in self.draft.shapes.items()]
+        holes = [(hole.count, -hole.diameter, name) for name, hole in self._holes()]
         times, _, name = max(holes, default=(0, 0.0, ""))
         if times >= _BOLTS:
             return Proposal(name=name, why=f"{times} equal holes, as for bolts")
@@ -59,7 +60,7 @@ class Proposals:
         draft = self.draft
         holes = [
             (_rounded(hole.area), name)
-            for name, hole in draft.shapes.items()
+            for name, hole in self._holes()
             if name not in held and hole.count == 1
         ]
         if holes:
@@ -85,6 +86,9 @@ class Proposals:
             Proposal(name=name, why=f"{share:.1%} of the solid's strength at density {_DENSITY:g}")
             for name, share in sorted(strength.items(), key=lambda found: -found[1])
         ]
+
+    def _holes(self) -> list[tuple[str, RoundShapes]]:
+        return [(name, s) for name, s in self.draft.shapes.items() if s.kind == "hole"]
 
     def _flat(self) -> list[tuple[str, Region]]:
         shapes = self.draft.shapes

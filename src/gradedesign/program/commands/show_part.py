@@ -58,7 +58,8 @@ def print_regions(
 
 
 def _axis_words(shape: RoundShapes) -> str:
-    return shape.axis_name or triple(shape.axis)
+    # Three decimals are a twentieth of a degree.
+    return shape.axis_name or triple(np.round(shape.axis, 3) + 0.0)
 
 
 def print_holes(part: Part, holes: Sequence[RoundShapes]) -> None:
