@@ -136,6 +136,10 @@ def test_the_python_snippet_runs(small, capsys):
     assert printed[-1].startswith("partial None [('displacement of lug_hole magnitude', 0.")
 
 
+#: Of the table of limits.
+TITLE = "Limits, by the unfavourable ends of their bands"
+
+
 def shape(text):
     """A text in one line, with # for every number."""
     return re.sub(r"[+-]?\d+([.:]\d+)*(e[+-]?\d+)?%?", "#", " ".join(text.split()))
@@ -162,7 +166,7 @@ def test_the_terminal_sample_reads_as_what_is_printed(small, capsys):
     case = load_case("cases/bracket")
     result = run(case, on_event=ProgressLines())
     band = Banded(value=0.1, low=0.1, high=0.1)
-    rows = tuple(replace(row, band=band) for row in result.limits)
+    rows = tuple(replace(row, band=band, converges=True) for row in result.limits)
     key = LimitKey(kind="stress", region="lattice")
     rows += (replace(rows[0], key=key, name="stress in lattice", unit="MPa"),)
     limits = tuple(
@@ -174,10 +178,12 @@ def test_the_terminal_sample_reads_as_what_is_printed(small, capsys):
     announce = Announcer(ProgressLines())
     announce.iteration(
         SimpleNamespace(
-            summary=replace(filled(Iteration, 1), limits=limits), rows=rows, expected={}
+            summary=replace(filled(Iteration, 1), limits=limits),
+            rows=rows,
+            expected={row.key: 1.07 for row in rows},
         )
     )
-    sample = block("text", "Limits\n").splitlines()
+    sample = block("text", f"{TITLE}\n").splitlines()
     (verdict,) = (text for text in paragraphs(sample) if text.startswith("MET, lightest: "))
     reason = verdict.removeprefix("MET, lightest: ")
     assert shape(reason) in set(sentences(reasons))
@@ -191,7 +197,7 @@ def test_the_terminal_sample_reads_as_what_is_printed(small, capsys):
     # Lines are wrapped at 80 columns, so that paragraphs and rows are compared without line ends.
     for text in paragraphs(sample):
         assert shape(text).removesuffix(" ...") in printed, text
-    head = sample.index("Limits") + 1
+    head = sample.index(TITLE) + 1
     # A header that is wider than its column stands in two lines.
     assert set(sample[head].split()) <= set(printed.split())
     cells = {word for line in sample[head + 1 :] if line.startswith("  ") for word in line.split()}
@@ -202,7 +208,7 @@ def test_the_terminal_sample_reads_as_what_is_printed(small, capsys):
 def paragraphs(lines):
     """Lines joined with those that go on from them, without the table of limits and "..."."""
     found = []
-    for line in lines[: lines.index("Limits")]:
+    for line in lines[: lines.index(TITLE)]:
         if line.startswith("  "):
             found[-1] += " " + line
         elif line != "...":

@@ -12,6 +12,7 @@ from gradedesign.design.resolve.resolve_law import resolve_law as resolve
 from gradedesign.design.resolve.resolve_law import stress_basis
 from gradedesign.errors import CaseError
 from gradedesign.geometry.cell.calibration import calibrate
+from gradedesign.mechanics.limits.limits_schema import LimitsSpec
 from gradedesign.mechanics.limits.local_stress import percentile_warnings
 from gradedesign.mechanics.material.local_stress_law import LocalStressLaw
 from gradedesign.mechanics.material.scaling_law import LawOrigin
@@ -173,10 +174,10 @@ def test_a_law_without_strength_is_refused_where_stress_is_limited(computed):
         origin=LawOrigin(kind="fe", source="this test", test="none"),
     )
     limited = case("soft")
-    limited.limits = SimpleNamespace(stress=None, safety_factor=2.0)
+    limited.limits = LimitsSpec(safety_factor=2.0)
     with pytest.raises(CaseError, match=r"'soft' has no strength.*safety_factor.*with strength"):
         resolve_law(limited, build_registry_with([soft]), FAMILY, {"bend": 0.5})
-    limited.limits.safety_factor = None
+    limited.limits = LimitsSpec()
     found, _ = resolve_law(limited, build_registry_with([soft]), FAMILY, {"bend": 0.5})
     assert stress_basis(found) == "none: the law has no strength"
 

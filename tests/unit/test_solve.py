@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from skfem import MeshTet
 
 from gradedesign.errors import ResourceError, SolverError
 from gradedesign.geometry.tets.tet_mesh import TetMesh
-from gradedesign.mechanics.fe import multigrid, multigrid_solver
+from gradedesign.mechanics.fe import multigrid, multigrid_solver, solve
 from gradedesign.mechanics.fe.assembly import assemble, assembly_pattern, matvec
 from gradedesign.mechanics.fe.elastic_system import prepare_elastic
 from gradedesign.mechanics.fe.multigrid_solver import MULTIGRID
@@ -192,6 +193,16 @@ def test_load_cases_keep_their_order_and_superpose():
     scale = abs(expected).max()
     np.testing.assert_allclose(d.displacement, expected, rtol=0, atol=1e-9 * scale)
     assert not b.displacement[:, other.fixed[0]].any()
+
+
+def test_progress_names_few_load_cases_and_counts_many(monkeypatch):
+    told = []
+    monkeypatch.setattr(solve, "stepping", lambda words: told.append(words) or nullcontext())
+    space, case = cantilever((4, 2, 2))
+    system = prepare_elastic(space, steel(space))
+    for names in (["pull"] * 8, ["pull", "side"], ["a", "b", "c", "d"]):
+        solve_roughly(system, [replace(case, name=name) for name in names], rtol=1e-4)
+    assert told == ["solving pull", "solving pull, side", "solving 4 load cases"]
 
 
 @pytest.mark.parametrize("solver", [ALWAYS, DIRECT, SCIKIT_FEM], ids=lambda s: s.name)
