@@ -195,14 +195,14 @@ def test_load_cases_keep_their_order_and_superpose():
     assert not b.displacement[:, other.fixed[0]].any()
 
 
-def test_progress_names_few_load_cases_and_counts_many(monkeypatch):
+def test_progress_names_each_load_case_once(monkeypatch):
     told = []
     monkeypatch.setattr(solve, "stepping", lambda words: told.append(words) or nullcontext())
     space, case = cantilever((4, 2, 2))
     system = prepare_elastic(space, steel(space))
-    for names in (["pull"] * 8, ["pull", "side"], ["a", "b", "c", "d"]):
+    for names in (["pull"] * 8, ["pull", "side", "pull"]):
         solve_roughly(system, [replace(case, name=name) for name in names], rtol=1e-4)
-    assert told == ["solving pull", "solving pull, side", "solving 4 load cases"]
+    assert told == ["solving pull", "solving pull, side"]
 
 
 @pytest.mark.parametrize("solver", [ALWAYS, DIRECT, SCIKIT_FEM], ids=lambda s: s.name)

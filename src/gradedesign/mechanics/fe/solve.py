@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -40,8 +40,6 @@ _STALLED = 10.0
 #: Factor on the tolerance, and how often it is applied, where equilibrium needs a smaller residual.
 #: Chosen, not measured.
 _TIGHTER, _TIGHTENINGS = 1e-2, 2
-#: Load cases that a line of the progress names. Chosen, not measured.
-_NAMED = 3
 #: Peak bytes per unknown by order, from benchmarks/bench_fe.py, with the mesh; plus a base.
 BYTES_PER_UNKNOWN = {1: 2800, 2: 1750}
 #: The base: what a process takes however small its mesh is, from the same runs.
@@ -113,7 +111,7 @@ def solve_roughly(
         right = np.stack([free * np.ascontiguousarray(cases[k].force.T).ravel() for k in members])
         solver = _for_size(system.solver, int(np.count_nonzero(free)))
         start = galerkin_start(system.matrix, free, right, system.earlier)
-        with stepping(_solving(cases[k].name for k in members)):
+        with stepping(f"solving {', '.join(dict.fromkeys(cases[k].name for k in members))}"):
             answer = _prepared(system, solver, key, fixed)(right, start, rtol)
         _require_answer(solver, answer, right.shape)
         for k, x, force in zip(members, answer.x, right, strict=True):
@@ -206,12 +204,6 @@ def _solve_groups(
     return tuple(solved[k] for k in range(len(cases)))
 
 
-def _solving(names: Iterable[str]) -> str:
-    """Step of the progress: what is solved, by name or, where that is too long, by number."""
-    each = list(dict.fromkeys(names))
-    return f"solving {', '.join(each) if len(each) <= _NAMED else f'{len(each)} load cases'}"
-
-
 def _solve_group(
     system: ElasticSystem, key: bytes, cases: Sequence[LoadVector], rtol: float
 ) -> list[Solution]:
@@ -251,7 +243,8 @@ def _iterated(
     open_cases = list(range(len(cases)))
     for tightening in range(1 + _TIGHTENINGS):
         goal = rtol * _TIGHTER**tightening
-        with stepping(_solving(cases[k].name for k in open_cases)):
+        names = dict.fromkeys(cases[k].name for k in open_cases)
+        with stepping(f"solving {', '.join(names)}"):
             answer = solve(right[open_cases], x[open_cases], goal)
         _require_answer(solver, answer, (len(open_cases), right.shape[1]))
         x[open_cases] = answer.x
