@@ -285,7 +285,7 @@ def test_hopeless_questions_never_reach_the_mesher(home, surface, changes, messa
     assert not home.exists()
 
 
-def test_the_mesher_asks_for_no_vtk():
+def test_the_mesher_asks_for_no_vtk(tmp_path):
     """A tetrahedron of edges 1, meshed in a process of its own as a worker does."""
     code = """
 import sys
@@ -301,6 +301,11 @@ assert not {"vtk", "vtkmodules"} & set(sys.modules)
 print(np.linalg.det(edges).sum() / 6)
 """
     ended = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True
+        [sys.executable, "-c", code],
+        cwd=tmp_path,  # the mesher leaves a file where it runs
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
     )
     assert float(ended.stdout) == pytest.approx(1 / 6, rel=1e-3)
