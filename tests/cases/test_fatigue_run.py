@@ -1,11 +1,7 @@
 """A run with a limit of fatigue ends in a verdict on the printed file."""
 
-import json
-import subprocess
-import sys
-
 import pytest
-from result_keys import undocumented
+from command_run import result_of
 from small_parts import SHORT_BAR
 
 CASE = (
@@ -32,16 +28,8 @@ formats = ["stl"]
 
 @pytest.mark.slow
 def test_a_bar_that_is_pulled_often_is_judged_on_its_printed_file(tmp_path):
-    (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
-    command = [
-        *(sys.executable, "-m", "gradedesign", "run", str(tmp_path)),
-        *("-o", str(tmp_path / "r"), "--json"),
-    ]
-    done = subprocess.run(command, check=False, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
-    result = json.loads((tmp_path / "r" / "result.json").read_text(encoding="utf-8"))
-    assert (result["status"], result["lightest"]) == ("met", True)
-    assert undocumented(result) == []
+    result = result_of(CASE, tmp_path)
+    assert result["lightest"]
     rows = {row["name"]: row for row in result["limits"] if row["key"]["kind"] == "fatigue"}
     assert set(rows) == {"fatigue in lattice", "fatigue in passive solid"}
     # Read at 1e5 cycles between 405.6 at 1.43e4 and 195.8 at 2e6: 304.5 MPa, times (2 / 0.9)^0.5.

@@ -1,12 +1,10 @@
 """A run whose explicit analysis is finite cells ends in a verdict on an independent mesh."""
 
 import json
-import subprocess
-import sys
 
 import meshio
 import pytest
-from result_keys import undocumented
+from command_run import result_of
 from small_parts import SHORT_BAR
 
 from gradedesign.mechanics.explicit.small_solid import FINEST
@@ -42,17 +40,7 @@ formats = ["stl", "vtu"]
 
 @pytest.mark.slow
 def test_a_run_by_finite_cells_is_accepted_by_tetrahedra(tmp_path):
-    (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
-    command = [
-        *(sys.executable, "-m", "gradedesign", "run", str(tmp_path)),
-        "-o",
-        str(tmp_path / "r"),
-    ]
-    done = subprocess.run(command, check=False, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
-    result = json.loads((tmp_path / "r" / "result.json").read_text(encoding="utf-8"))
-    assert result["status"] == "met"
-    assert undocumented(result) == []
+    result = result_of(CASE, tmp_path)
     # Bricks of 1.4 walls or 0.7 of the margins of 1.5 mm, finer as this solid is small.
     assert 1.2 < FINEST * result["iterations"][-1]["spacing_mm"] < 1.5
     assert all(limit["passed"] for limit in result["limits"])

@@ -1,11 +1,7 @@
 """A run with a least natural frequency ends in a verdict on the printed file."""
 
-import json
-import subprocess
-import sys
-
 import pytest
-from result_keys import undocumented
+from command_run import result_of
 from small_parts import SHORT_BAR
 
 CASE = (
@@ -32,16 +28,8 @@ formats = ["stl"]
 
 @pytest.mark.slow
 def test_the_lightest_bar_that_vibrates_fast_enough(tmp_path):
-    (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
-    command = [
-        *(sys.executable, "-m", "gradedesign", "run", str(tmp_path)),
-        *("-o", str(tmp_path / "r"), "--json"),
-    ]
-    done = subprocess.run(command, check=False, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
-    result = json.loads((tmp_path / "r" / "result.json").read_text(encoding="utf-8"))
-    assert (result["status"], result["lightest"]) == ("met", True)
-    assert undocumented(result) == []
+    result = result_of(CASE, tmp_path)
+    assert result["lightest"]
     (row,) = result["limits"]
     assert (row["key"]["kind"], row["unit"], row["limit"]) == ("frequency", "Hz", 5000.0)
     assert row["band"]["low"] == row["decisive"] >= 5000.0

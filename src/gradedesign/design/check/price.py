@@ -142,19 +142,18 @@ def price_of_lattice(
 
 def seconds_of_bodies(checked: CaseCheck, registry: Registry) -> dict[str, float]:
     """Seconds that a run is predicted to take by body; none of one that no run can make."""
-    plan = checked.plan
-    case, found = plan.case, {}
+    case, found = checked.plan.case, {}
     if not case.lattice.cells:
         return {_VOID_BODY: checked.run.run_s}
     for name, keys in _BODIES.items():
         with suppress(GradeDesignError):
-            lattice = case.lattice.model_copy(update=keys)
+            lattice, plan = case.lattice.model_copy(update=keys), checked.plan
             if name == _VOID_BODY:
                 least = with_member_size(lattice, case.part, case.print, case.where).least_member
                 stated = {"phases": list(keys["phases"]), _SIZE: f"{least} mm"}
                 lattice = LatticeSpec.model_validate(stated)
-                registry = with_own_cell(lattice, registry, case.where)
-                plan = resolve_case(case.model_copy(update={"lattice": lattice}), registry)
+                cells = with_own_cell(lattice, registry, case.where)
+                plan = resolve_case(case.model_copy(update={"lattice": lattice}), cells)
             other = with_acceptance(case.model_copy(update={"lattice": lattice}))
             inside = inner_points(plan.domain).shape[1]
             found[name] = predicted_run(replace(plan, case=other), inside).run_s
