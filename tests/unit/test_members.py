@@ -155,6 +155,7 @@ def cantilever():
     return SizingProblem(model=model, limits=(limit,), bounds=(0.1, 0.6), filter=filtered)
 
 
+@pytest.mark.slow  # a command's run shows the same in tests/cases/test_members_run.py
 def test_members_are_lighter_than_lattice_alone():
     """A flange of solid carries bending with less mass than any lattice of exponent 2."""
     problem = cantilever()

@@ -9,7 +9,7 @@ from types import ModuleType
 
 import pluggy
 
-from gradedesign.common.values.plugins_by_name import DISABLE_VARIABLE, plugins_are_off
+from gradedesign.common.values.plugins_by_name import plugins_are_off
 from gradedesign.design.resolve.registry import PluginFailure, PluginSource
 from gradedesign.errors import Interrupted, PluginError
 from gradedesign.program.host import builtin, hookspecs
@@ -71,7 +71,7 @@ def load_installed(
 ) -> tuple[PluginFailure, ...]:
     """Load the entry points one by one; a failure disables only itself."""
     if plugins_are_off():
-        log.info("%s is set: no installed plugin is loaded", DISABLE_VARIABLE)
+        log.info("GRADEDESIGN_DISABLE_PLUGINS is set: no installed plugin is loaded")
         return ()
     failures: list[PluginFailure] = []
     points = metadata.entry_points(group=hookspecs.GROUP)
