@@ -117,6 +117,7 @@ if TYPE_CHECKING:
     from gradedesign.program.host.read_case import load_case, load_part
     from gradedesign.program.outputs.analysed_model import AnalysedModel, ModelStep
     from gradedesign.program.outputs.output import FinishedRun, Output
+    from gradedesign.program.outputs.report_section import ReportSection, ReportTable
 
 __all__ = [
     "IMAGES", "UNIT_MM", "Allowed", "AnalysedModel", "Analysis", "AnalysisEstimate",
@@ -130,17 +131,18 @@ __all__ = [
     "LinearSystem", "Material", "MeshError", "Mesher", "ModelStep", "NetSkin", "Number", "Output",
     "PartError", "PartReader", "PlacedBody", "PlacedModel", "PlannedPrint", "PlannedSolid",
     "PluginError", "Predicted", "PrintedLattice", "PrintedSolid", "Process", "PropertyTable",
-    "Quantity", "RawTriangles", "Repairer", "Resolution", "ResourceError", "Response",
-    "SampledPrint", "ScalingLaw", "SolidComponent", "SolidMultiple", "SolvedSolid", "SolverError",
-    "StatedLimit", "StressSample", "StrutAxes", "SurfaceDistance", "SurfaceFields", "SurfaceMesh",
-    "Table", "TetMesh", "Vector", "VolumeFields", "Waviness", "as_multiple", "cell_gradient",
-    "checked_values", "closed_body", "completed", "cubic_law", "cubic_table_law", "cut_together",
-    "density_at", "depths_of", "distance_grid", "float32_vertices", "hookimpl", "in_number",
-    "in_ranges", "in_threads", "lattice_field", "load_case", "load_part", "meet", "natural",
-    "nearest_on_triangle", "power_law", "raw_triangles", "read_property_table", "report_step",
-    "require_read_back", "run", "serve_mesher", "serve_repairer", "shipped_laws", "signed_volumes",
-    "slices_with", "solid_layers", "solid_surface", "stated_words", "supplied_by", "tabulated_law",
-    "tet_density", "tet_tensors", "without_cutters",
+    "Quantity", "RawTriangles", "Repairer", "ReportSection", "ReportTable", "Resolution",
+    "ResourceError", "Response", "SampledPrint", "ScalingLaw", "SolidComponent", "SolidMultiple",
+    "SolvedSolid", "SolverError", "StatedLimit", "StressSample", "StrutAxes", "SurfaceDistance",
+    "SurfaceFields", "SurfaceMesh", "Table", "TetMesh", "Vector", "VolumeFields", "Waviness",
+    "as_multiple", "cell_gradient", "checked_values", "closed_body", "completed", "cubic_law",
+    "cubic_table_law", "cut_together", "density_at", "depths_of", "distance_grid",
+    "float32_vertices", "hookimpl", "in_number", "in_ranges", "in_threads", "lattice_field",
+    "load_case", "load_part", "meet", "natural", "nearest_on_triangle", "power_law",
+    "raw_triangles", "read_property_table", "report_step", "require_read_back", "run",
+    "serve_mesher", "serve_repairer", "shipped_laws", "signed_volumes", "slices_with",
+    "solid_layers", "solid_surface", "stated_words", "supplied_by", "tabulated_law", "tet_density",
+    "tet_tensors", "without_cutters",
 ]  # fmt: skip
 
 #: Where the public names live; they are imported when first asked for, so that a command or a
@@ -190,6 +192,7 @@ _HOMES = {
     "program.outputs.analysed_model": "AnalysedModel ModelStep",
     "geometry.formats.exporter": "Exporter FieldSet PlannedPrint",
     "program.outputs.output": "FinishedRun Output",
+    "program.outputs.report_section": "ReportSection ReportTable",
     "geometry.formats.read_back": "require_read_back",
     "geometry.formats.write_stl": "float32_vertices",
     "geometry.formats.printed_lattice": "PrintedLattice SampledPrint",

@@ -21,6 +21,7 @@ from gradedesign import (
     PartReader,
     Process,
     Repairer,
+    ReportSection,
     ScalingLaw,
 )
 from gradedesign.program.host import hookspecs
@@ -38,6 +39,7 @@ HOOKS = {
     "gradedesign_repairers": Repairer,
     "gradedesign_exporters": Exporter,
     "gradedesign_outputs": Output,
+    "gradedesign_report_sections": ReportSection,
     "gradedesign_limits": LimitKind,
     "gradedesign_components": ComponentKind,
     "gradedesign_analyses": ExplicitAnalysis,

@@ -15,6 +15,7 @@ from gradedesign.mechanics.limits.banded import Banded
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.program.outputs.report import render_report
+from gradedesign.program.outputs.sections import builtin_sections
 
 PNG = b"\x89PNG\r\n\x1a\n" + bytes(20)
 
@@ -181,7 +182,8 @@ class Checker(HTMLParser):
 
 @pytest.fixture
 def html():
-    return render_report(RESULT, {"loads": PNG, "other": PNG}, 'name = "</pre><script>"')
+    text, sections = 'name = "</pre><script>"', builtin_sections()
+    return render_report(RESULT, {"loads": PNG, "other": PNG}, text, sections=sections)
 
 
 def test_it_is_well_formed_and_loads_nothing(html):

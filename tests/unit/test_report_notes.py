@@ -12,6 +12,7 @@ from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.program.commands.run import print_verdict
 from gradedesign.program.outputs.report import render_report
+from gradedesign.program.outputs.sections import builtin_sections
 
 
 def measure(value, maximum, share=0.004):
@@ -176,7 +177,7 @@ def test_the_most_used_limit_of_a_stress_stands_over_its_numbers_and_curves_have
         ((replace(cycles, load_case="push"), stress), "above 48 MPa, the least limit of any"),
     ):
         result = replace(RESULT, limits=limits, material=material)
-        page = text_of(render_report(result, {}, ""))
+        page = text_of(render_report(result, {}, "", sections=builtin_sections()))
         numbers = page.split("Stress: what each number is")[1]
         most = max((row for row in limits if row.load_case == "pull"), key=lambda r: r.utilisation)
         assert f"{most.name} (pull)" in numbers

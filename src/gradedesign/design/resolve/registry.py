@@ -28,6 +28,7 @@ from gradedesign.mechanics.solver.linear_solver import LinearSolver
 if TYPE_CHECKING:
     # Outputs are about finished runs, of which nothing here knows anything but their names.
     from gradedesign.program.outputs.output import Output
+    from gradedesign.program.outputs.report_section import ReportSection
 
 Kind = Literal[
     "cell_families",
@@ -40,6 +41,7 @@ Kind = Literal[
     "repairers",
     "exporters",
     "outputs",
+    "report_sections",
     "solvers",
     "eigen_solvers",
     "meshers",
@@ -60,6 +62,7 @@ NOUNS: Mapping[Kind, str] = {
     "repairers": "repairer",
     "exporters": "exporter",
     "outputs": "output",
+    "report_sections": "section of the report",
     "solvers": "linear solver",
     "eigen_solvers": "eigenvalue solver",
     "meshers": "mesher",
@@ -109,6 +112,7 @@ class Registry:
     repairers: Mapping[str, Repairer]
     exporters: Mapping[str, Exporter]
     outputs: Mapping[str, Output]
+    report_sections: Mapping[str, ReportSection]
     solvers: Mapping[str, LinearSolver]
     eigen_solvers: Mapping[str, EigenSolver]
     meshers: Mapping[str, Mesher]

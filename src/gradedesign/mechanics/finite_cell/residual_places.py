@@ -15,7 +15,7 @@ from gradedesign.mechanics.finite_cell.stress import solid_points
 #: Most faces of an axis and points of the solid that are looked at: evenly spaced ones of them all,
 #: each standing for its neighbours. Chosen, not measured.
 MOST = 2**16
-#: Most points of the surface, where single slivers of solid weigh much: of 10 M unknowns every third.
+#: Most points of the surface, where single slivers of solid weigh: every third of 10 M unknowns.
 #: With `MOST`, where each stood for 46, one of them was 72 % of a residual and tripled it.
 MOST_OF_SURFACE = 2**20
 #: Sub-cells with less solid than the first share of theirs, or more than the second, are not cut.

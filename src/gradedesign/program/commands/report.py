@@ -7,6 +7,7 @@ from pathlib import Path
 
 from gradedesign.design.verdict.result import RunResult
 from gradedesign.errors import CaseError
+from gradedesign.program.commands.plugins import registry_for
 from gradedesign.program.commands.show import print_text
 from gradedesign.program.outputs.files import CASE_COPY, finished_run, write_result
 from gradedesign.program.outputs.finished import stored_result
@@ -33,8 +34,9 @@ def report_again(folder: Path) -> RunResult:
         )
     files = dict(result.files)
     with open_stages(folder, result.case_hash, resume=True, overwrite=False) as out:
+        to = out, registry_for(strict_plugins=False)
         REPORT.write(
-            finished_run(out, out.path / CASE_COPY, files, lambda: replace(result, files=files))
+            finished_run(to, out.path / CASE_COPY, files, lambda: replace(result, files=files))
         )
         result = replace(result, files=files)
         write_result(out, result)

@@ -27,6 +27,8 @@ from gradedesign.mechanics.solver.linear_solver import LinearSolver
 from gradedesign.program.host.hookspecs import hookimpl
 from gradedesign.program.outputs.output import Output
 from gradedesign.program.outputs.report import REPORT
+from gradedesign.program.outputs.report_section import ReportSection
+from gradedesign.program.outputs.sections import builtin_sections
 from gradedesign.program.outputs.vtu_output import VTU
 
 
@@ -70,6 +72,12 @@ def gradedesign_exporters() -> Iterable[Exporter]:
 def gradedesign_outputs() -> Iterable[Output]:
     """Register fields as VTU, and the report."""
     return VTU, REPORT
+
+
+@hookimpl
+def gradedesign_report_sections() -> Iterable[ReportSection]:
+    """Register what was used: law, material, zones, files and versions."""
+    return builtin_sections()
 
 
 @hookimpl

@@ -27,6 +27,7 @@ from gradedesign.mechanics.solver.linear_solver import LinearSolver
 from gradedesign.program.host.command import gradedesign_commands
 from gradedesign.program.host.markers import GROUP, hookimpl, hookspec
 from gradedesign.program.outputs.output import Output
+from gradedesign.program.outputs.report_section import ReportSection
 
 __all__ = ["GROUP", "gradedesign_commands", "hookimpl", "hookspec"]
 
@@ -227,6 +228,27 @@ def gradedesign_outputs() -> Iterable[Output]:
     ...     yield Output(name="mass", write=write_mass)
     >>> [output.name for output in gradedesign_outputs()]
     ['mass']
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_report_sections() -> Iterable[ReportSection]:
+    """Register sections of the report: paragraphs and tables that follow from the result.
+
+    Examples
+    --------
+    >>> from gradedesign import ReportSection, ReportTable, hookimpl
+    >>> def price(result):
+    ...     if result.mass_g is not None:
+    ...         yield "Of powder alone, at 0.40 EUR/g."
+    ...         cost = f"{0.40 * result.mass_g:.2f}"
+    ...         yield ReportTable(header=("", "EUR"), rows=(("powder", cost),), right=(1,))
+    >>> @hookimpl
+    ... def gradedesign_report_sections():
+    ...     yield ReportSection(name="price", title="Price", content=price)
+    >>> [section.title for section in gradedesign_report_sections()]
+    ['Price']
     """
     return ()
 

@@ -46,6 +46,7 @@ from gradedesign.program.host.plugin_checks import (
     unmarked_hooks,
 )
 from gradedesign.program.outputs.output import Output
+from gradedesign.program.outputs.report_section import ReportSection
 
 log = logging.getLogger(__name__)
 
@@ -73,6 +74,7 @@ _SHELVES: Mapping[Kind, _Shelf] = {
     "repairers": _Shelf(Repairer, _DASHED),
     "exporters": _Shelf(Exporter, _DASHED),
     "outputs": _Shelf(Output, _DASHED),
+    "report_sections": _Shelf(ReportSection, _DASHED),
     "solvers": _Shelf(LinearSolver, _DASHED),
     "eigen_solvers": _Shelf(EigenSolver, _DASHED),
     "meshers": _Shelf(Mesher, _DASHED),

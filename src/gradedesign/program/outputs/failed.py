@@ -59,7 +59,9 @@ def recording_failure(
         ]
         if finished and outputs:
             files["result"] = RESULT_NAME
-            run = finished_run(out, case.path, files, lambda: replace(failed, files=files))
+            run = finished_run(
+                (out, registry), case.path, files, lambda: replace(failed, files=files)
+            )
             for output in outputs:
                 output.write(run)
         write_result(out, replace(failed, files=files))

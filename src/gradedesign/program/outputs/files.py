@@ -37,7 +37,7 @@ from gradedesign.design.resolve.solid import unjudged_share
 from gradedesign.design.resolve.stated_lattice import StatedLattice
 from gradedesign.design.verdict.computed import Computed, computed_fields
 from gradedesign.design.verdict.result import RunResult, as_json
-from gradedesign.errors import blaming
+from gradedesign.errors import PluginError, blaming
 from gradedesign.geometry.contour.islands import islands_words
 from gradedesign.geometry.lattice.lattice import LatticeDesign
 from gradedesign.geometry.lattice.printed_surface import first_step
@@ -61,6 +61,7 @@ from gradedesign.program.outputs.printed_files import (
     write_printed,
 )
 from gradedesign.program.outputs.provenance import stamped
+from gradedesign.program.outputs.report_section import ReportSection, ReportTable
 from gradedesign.program.outputs.scene_file import fields_by_case, stored_scene, write_scene
 from gradedesign.program.pictures.run_scene import RunShown
 from gradedesign.program.store.run_folder import RunFolder
@@ -193,7 +194,7 @@ def _finish(
             timing_s=announce.timing(),
         )
 
-    run = with_more(finished_run(out, case.path, files, current))
+    run = with_more(finished_run((out, registry), case.path, files, current))
     with announce.stage("output"):
         warnings += drawn(files)
         for output in outputs:
@@ -236,9 +237,13 @@ def _blamed(output: Output, source: str) -> Output:
 
 
 def finished_run(
-    out: RunFolder, case_file: Path, files: dict[str, str], result: Callable[[], RunResult]
+    to: tuple[RunFolder, Registry],
+    case_file: Path,
+    files: dict[str, str],
+    result: Callable[[], RunResult],
 ) -> FinishedRun:
     """Record that outputs receive, without fields and models; ``files`` takes what they write."""
+    out, registry = to
 
     def write(name: str, writer: Callable[[Path], object], *, key: str | None = None) -> None:
         report_step(f"writing {name}")
@@ -263,8 +268,31 @@ def finished_run(
         return stored_scene(out.path) if "scene" in files else None
 
     return FinishedRun(
-        case_text=case_text, result=result, write=write, pictures=pictures, scene=scene
+        case_text=case_text,
+        result=result,
+        write=write,
+        pictures=pictures,
+        scene=scene,
+        sections=[
+            _blamed_section(section, registry.sources["report_sections"][name])
+            for name, section in registry.report_sections.items()
+        ],
     )
+
+
+def _blamed_section(section: ReportSection, source: str) -> ReportSection:
+    """A section whose errors name it."""
+
+    def content(result: RunResult) -> list[str | ReportTable]:
+        with blaming(f"report section '{section.name}' of {source}"):
+            parts = list(section.content(result))
+            for part in parts:
+                if not isinstance(part, str | ReportTable):
+                    kind = type(part).__name__
+                    raise PluginError(f"a part of type {kind}, expected str or ReportTable")
+            return parts
+
+    return replace(section, content=content)
 
 
 def _learned(iterations: Sequence[DesignIteration], rho: FloatArray | None) -> Correction:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
@@ -10,6 +10,7 @@ from typing import Any, Protocol
 from gradedesign.design.verdict.result import RunResult
 from gradedesign.geometry.formats.exporter import FieldSet
 from gradedesign.program.outputs.analysed_model import AnalysedModel
+from gradedesign.program.outputs.report_section import ReportSection
 
 
 class WriteFile(Protocol):
@@ -41,6 +42,8 @@ class FinishedRun:
         Analyses that no `AnalysedModel` can hold, by name, and why.
     scene : callable
         Without arguments: data of the scene, see `program/pictures/page.py`; None without one.
+    sections : sequence of ReportSection
+        Of the report, by their names.
     write : callable
         ``write(name, writer, key=None)`` lets ``writer(path)`` make a new file, which then takes
         its place as ``name`` in the run folder; with a ``key`` the result's ``files`` list it.
@@ -54,6 +57,7 @@ class FinishedRun:
     models: Callable[[], Iterator[AnalysedModel]] = lambda: iter(())
     no_model: Mapping[str, str] = field(default_factory=dict)
     scene: Callable[[], Mapping[str, Any] | None] = lambda: None
+    sections: Sequence[ReportSection] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from jinja2 import Environment
 
     from gradedesign.design.verdict.result import RunResult
+    from gradedesign.program.outputs.report_section import ReportSection
 
 #: Statuses as the verdict shows them.
 _STATUS = {
@@ -59,15 +60,6 @@ _PICTURES = {
 }
 
 
-#: Names of the numbers of a material as the report shows them.
-_QUANTITIES = {
-    "youngs_modulus_MPa": "Young's modulus E, MPa",
-    "poissons_ratio": "Poisson's ratio nu",
-    "density_g_cm3": "density, g/cm³",
-    "yield_strength_MPa": "yield strength, MPa",
-    "thermal_expansion_per_K": "thermal expansion, 1/K",
-}
-
 #: Limits that the first screen names. Chosen, not measured.
 _TIGHTEST = 3
 #: Attributes of a result that its section on mass shows, with their form.
@@ -84,7 +76,9 @@ def _write_report(run: FinishedRun) -> tuple[str, ...]:
     """Write ``report.html``, of the finished result and its pictures."""
 
     def render(path: Path) -> None:
-        text = render_report(run.result(), run.pictures(), run.case_text, run.scene())
+        text = render_report(
+            run.result(), run.pictures(), run.case_text, run.scene(), sections=run.sections
+        )
         write_text(path, text)
 
     run.write("report.html", render, key="report")
@@ -96,6 +90,8 @@ def render_report(
     pictures: Mapping[str, bytes],
     case_text: str,
     scene: Mapping[str, Any] | None = None,
+    *,
+    sections: Iterable[ReportSection] = (),
 ) -> str:
     """Render the report.
 
@@ -103,7 +99,7 @@ def render_report(
 
     ``pictures``: PNG bytes by name, as in the result's ``files``. ``case_text``:
     the case file, printed as it was. ``scene``: data of the scene of the first screen, see
-    `scene_html`.
+    `scene_html`. ``sections``: those that follow what the verdict rests on.
     """
     names: dict[str, list[str]] = {}
     for row in result.limits:
@@ -121,7 +117,7 @@ def render_report(
         stated_density=result.measures.get("density"),
         statuses=_STATUS,
         run_words=_run_words(result),
-        quantities=_QUANTITIES,
+        sections=[(s.title, parts) for s in sections if (parts := list(s.content(result)))],
         how_taken=names,
         masses=[
             (label, f"{value:{form}}")
@@ -166,7 +162,7 @@ def _environment() -> Environment:
         lstrip_blocks=True,
     )
     environment.filters |= {
-        "number": format, "percent": _percent, "plain": _plain, "ends": _ends, "held": _held,
+        "number": format, "percent": _percent, "ends": _ends, "held": _held,
         "together": _together, "with_unit": _with_unit,
     }  # fmt: skip
     return environment
@@ -202,17 +198,6 @@ def _with_unit(value: float, unit: str) -> str:
 def _held(displacement: float | None) -> str:
     """Write the displacement that a support prescribes, mm, or that it leaves the part free."""
     return "free" if displacement is None else f"{displacement:g}"
-
-
-def _plain(value: Any) -> str:
-    """Write a value of the law for a person."""
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    if isinstance(value, Mapping):
-        return ", ".join(f"{k.replace('_', ' ')} {_plain(v)}" for k, v in value.items())
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return " to ".join(_plain(v) for v in value)
-    return str(value)
 
 
 def _run_words(result: RunResult) -> str:
