@@ -32,6 +32,7 @@ from gradedesign.mechanics.explicit.analysis import Resolution
 from gradedesign.mechanics.explicit.explicit import analyse_printed_solid
 from gradedesign.mechanics.explicit.finite_cells import FINITE_CELLS, ORDERS
 from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
+from gradedesign.mechanics.fe.load_schema import FixSpec, LoadCaseSpec
 from gradedesign.mechanics.fe.stress import weighted_percentile
 from gradedesign.mechanics.finite_cell.elements import cut_elements
 from gradedesign.mechanics.finite_cell.grid import fit_grid
@@ -382,6 +383,23 @@ def test_a_support_between_grid_planes_is_as_stiff_as_one_on_them():
     assert tips[0] == pytest.approx(bending + shear, rel=0.02)
     # The springs give by 0.14 % at this offset.
     assert tips[1] == pytest.approx(tips[0], rel=2e-3)
+
+
+def test_energy_of_a_bar_that_is_pulled_between_grid_planes():
+    """Springs whose far ends move store what they are stretched by, not where they are."""
+    low = np.array([0.185, 0.0, 0.0])
+    high = low + np.array([4.0, 2.0, 1.0])
+
+    def field(p):
+        return np.maximum(low[0] - p[0], p[0] - high[0])
+
+    held = [FixSpec(region=f"{axis}0", components=axis) for axis in "xyz"]
+    held.append(FixSpec(region="x1", displacement=["0.02 mm", "free", "free"]))
+    case = LoadCaseSpec(name="pull", fix=held, load=[])
+    bar = problem(field, (0, 0, 0), (5.0, 2.0, 1.0), [case], box_regions(low, high))
+    (found,) = analyse(bar, 0.5).solutions
+    # E A u^2 / (2 L), E = 200 GPa; the springs at both ends give by 0.14 % of a cantilever at most.
+    assert found.energy == pytest.approx(0.5 * 200e3 * 2.0 * 0.02**2 / 4.0, rel=2e-3)
 
 
 #: Work of the loads, N mm, 99th percentile and median of the von Mises stress, MPa, on gyroid

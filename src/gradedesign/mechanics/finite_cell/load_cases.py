@@ -233,10 +233,13 @@ def _solved_case(
         "'%s': %d iterations, residual %.1e, error %.1e",
         case.name, solution.iterations, solution.residual, solution.error,
     )  # fmt: skip
+    energy = 0.5 * float(np.einsum("nc,nc->", u, product(stiffness, u))) + own.spring_energy
+    if own.spring_force is not None:
+        energy -= float(np.einsum("nc,nc->", u, own.spring_force))
     return CaseSolution(
         name=case.name,
         u=u,
-        energy=0.5 * float(np.einsum("nc,nc->", u, product(stiffness, u))),
+        energy=energy,
         work=float(np.einsum("nc,nc->", u, mechanical)),
         iterations=solution.iterations,
         residual=solution.residual,

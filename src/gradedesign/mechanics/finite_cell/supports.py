@@ -44,6 +44,8 @@ class Held:
     springs: Springs | None
     #: ``(N, 3)``, N. Of springs whose far ends move as prescribed. None where none does.
     spring_force: FloatArray | None
+    #: N mm. Energy of these springs if the solid stayed where it is.
+    spring_energy: float
 
 
 def support_key(case: LoadCaseSpecification) -> tuple[tuple[str, tuple[bool, ...]], ...]:
@@ -71,7 +73,7 @@ def held_by(
     fixed = np.zeros((count, 3), dtype=bool)
     value = np.zeros((count, 3))
     blocks: dict[int, FloatArray] = {}
-    force = np.zeros((count, 3))
+    force, energy = np.zeros((count, 3)), 0.0
     seen: list[tuple[FloatArray, tuple[bool, ...]]] = []
     for fix in case.fix:
         strong = _held_alone(space, _covered_faces(elements, regions[fix.region]))
@@ -83,7 +85,7 @@ def held_by(
                 value[nodes, c] = prescribed
         at = places[fix.region]
         weak = ~np.isin(_face_codes(at), strong)
-        _add_springs(elements, space, fix, at, weak, modulus, blocks, force)
+        energy += _add_springs(elements, space, fix, at, weak, modulus, blocks, force)
         held = tuple(prescribed is not None for prescribed in fix.displacement)
         seen.append((at.points[:, weak], held))
     _require_held(elements, space, fixed, seen, case.name)
@@ -94,6 +96,7 @@ def held_by(
         value=value if value.any() else None,
         springs=_collected(elements, blocks),
         spring_force=force if force.any() else None,
+        spring_energy=energy,
     )
 
 
@@ -190,10 +193,14 @@ def _add_springs(
     modulus: float,
     blocks: dict[int, FloatArray],
     force: FloatArray,
-) -> None:
-    """Add the springs of one support to the matrices of elements."""
+) -> float:
+    """Add the springs of one support to the matrices of elements.
+
+    Returns their energy, N mm, if their far ends alone moved as prescribed.
+    """
+    energy = 0.0
     if not weak.any():
-        return
+        return energy
     stiffest = _SPRING * modulus / float(elements.grid.edges.max())
     held = [c for c, prescribed in enumerate(fix.displacement) if prescribed is not None]
     index = np.flatnonzero(weak)
@@ -205,8 +212,11 @@ def _add_springs(
         block = blocks.setdefault(int(e), np.zeros((27, 3, 27, 3)))
         sums = stiff * shapes.T @ at.area[own]
         for c in held:
+            moved = float(fix.displacement[c] or 0.0)
             block[:, c, :, c] += mass
-            np.add.at(force[:, c], space.nodes[e], float(fix.displacement[c] or 0.0) * sums)
+            np.add.at(force[:, c], space.nodes[e], moved * sums)
+            energy += 0.5 * moved**2 * stiff * float(at.area[own].sum())
+    return energy
 
 
 def _groups(keys: IntArray, values: IntArray) -> tuple[IntArray, list[IntArray]]:
