@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import re
 import shutil
 import tomllib
 from dataclasses import replace
@@ -247,7 +248,11 @@ def test_a_part_without_flat_or_round_faces_has_no_regions(cli, tmp_path):
 @pytest.mark.skipif(importlib.util.find_spec("OCP") is None, reason="needs gradedesign-step")
 def test_names_of_a_cad_file_become_regions(cli, tmp_path):
     lever = ROOT / "cases" / "step-part" / "lever.step"
-    assert cli("new", lever, "-o", tmp_path / "lever").code == 0
+    ended = cli("new", lever, "-o", tmp_path / "lever")
+    assert ended.code == 0, ended.err
+    # A bore with a name in the file is a hole, as one without.
+    assert re.search(r"hub +1 +10 +z ", ended.out)
+    assert "hole" not in ended.out.partition("Holes, slots")[2].partition("Faces of")[0]
     data = tomllib.loads((tmp_path / "lever" / "case.toml").read_text(encoding="utf-8"))
     assert data["part"] == {"file": "lever.step"}
     assert data["region"]["hub"] == {"name": "hub"}

@@ -99,7 +99,10 @@ def draft_case(
         except (CaseError, ValidationError):
             # Not on this part, not told apart by these keys, or a name that no case can state.
             continue
-        if any(_same(found, other) for other in regions.values()):
+        same = next((k for k, other in regions.items() if _same(found, other)), None)
+        if same is not None:
+            if shape is not None:  # a hole for which the file has a name
+                shapes.setdefault(same, shape)
             continue
         key = next(k for k in chain([name], (f"{name}_{n}" for n in count(2))) if k not in regions)
         regions[key] = found
