@@ -15,9 +15,9 @@ from gradedesign.mechanics.finite_cell.stress import solid_points
 #: Most faces of an axis and points of the solid that are looked at: evenly spaced ones of them all,
 #: each standing for its neighbours. Chosen, not measured.
 MOST = 2**16
-#: Most points of the surface, where single slivers of solid weigh: every third of 10 M unknowns.
+#: Most points of the surface, where single slivers of solid weigh: every sixth of 10 M unknowns.
 #: With `MOST`, where each stood for 46, one of them was 72 % of a residual and tripled it.
-MOST_OF_SURFACE = 2**20
+MOST_OF_SURFACE = 2**19
 #: Sub-cells with less solid than the first share of theirs, or more than the second, are not cut.
 #: Chosen, not measured.
 _CUT = (1e-6, 1.0 - 1e-6)
@@ -79,16 +79,14 @@ def _cut_surface(elements: Elements, field: Field) -> Places:
     grid = elements.grid
     corner = grid.lower[:, None] + grid.edges[:, None] * elements.position[own + elements.whole].T
     start = corner + grid.edges[:, None] * elements.centre[own, sub].T
-    points, step = start.copy(), STEP * float(grid.edges.min())
-    normal = _gradient(field, points, step)
+    points, normal = start, np.zeros_like(start)
     for _ in range(2):
+        value, normal = _value_and_gradient(field, points, STEP * float(grid.edges.min()))
         square = (normal**2).sum(axis=0)
         points = (
             points
-            - np.where(square > 0.0, field(points) / np.where(square > 0.0, square, 1.0), 0.0)
-            * normal
+            - np.where(square > 0.0, value / np.where(square > 0.0, square, 1.0), 0.0) * normal
         )
-    normal = _gradient(field, points, step)
     length = np.linalg.norm(normal, axis=0)
     near = np.linalg.norm(points - start, axis=0) < NEAR * float(grid.edges.max())
     near &= np.isfinite(length) & (length > 0.0)
@@ -197,11 +195,10 @@ def _some(count: int, most: int = MOST) -> IntArray:
     return np.arange(0, count, max(1, -(-count // most)))
 
 
-def _gradient(field: Field, points: FloatArray, step: float) -> FloatArray:
-    """Central differences of a field, ``(3, m)``."""
-    slopes = np.empty_like(points)
-    for axis in range(3):
-        shift = np.zeros((3, 1))
-        shift[axis] = step
-        slopes[axis] = (field(points + shift) - field(points - shift)) / (2.0 * step)
-    return slopes
+def _value_and_gradient(
+    field: Field, points: FloatArray, step: float
+) -> tuple[FloatArray, FloatArray]:
+    """Values ``(m,)`` of a field and its forward differences ``(3, m)``."""
+    value = field(points)
+    slopes = [(field(points + step * axis[:, None]) - value) / step for axis in np.eye(3)]
+    return value, np.stack(slopes)
