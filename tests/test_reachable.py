@@ -34,7 +34,6 @@ ALLOWED = {
     "gradedesign.geometry.contour.islands.Islands": "result.json, islands_dropped",
     "gradedesign.design.loop.predicted_cost.CostPrediction": "check --json, stages",
     "gradedesign.design.loop.iteration_row.Iteration": "result.json, iterations",
-    "gradedesign.design.verdict.result.RunResult": "result.json",
     "gradedesign.geometry.part.repair.RepairReport": "check --json, repairs",
     "gradedesign.design.acceptance.body_comparison.BodyComparison": "result.json, printed",
     "gradedesign.mechanics.explicit.measures.StressMeasure": "result.json, measures",
