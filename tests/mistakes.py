@@ -160,7 +160,7 @@ OF_CHECK = (
       "lattice.phases", 'found ["solid", "solid"]', "no word twice"),
     M("density = [0.2, 0.5]", 'density = [0.2, 0.5]\nphases = "lattice"', "lattice.phases",
       'found "lattice"', 'expected ["lattice", "solid", "void"]'),
-    M("density = [0.2, 0.5]", 'density = [0.2, 0.5]\nleast_member = "3 mm"',
+    M("density = [0.2, 0.5]", 'density = [0.2, 0.5]\nphases = ["lattice"]\nleast_member = "3 mm"',
       "lattice.least_member", "has no meaning without",
       'phases = ["lattice", "solid"]'),
     M("density = [0.2, 0.5]",

@@ -243,6 +243,23 @@ def test_members_without_cells_are_rounded_where_they_meet_other_solids():
     assert radius(**cells) == 0.0
 
 
+@pytest.mark.parametrize(
+    ("stated", "made"),
+    [
+        ({}, True),
+        ({"grading": "thickness", "least_member": "3 mm"}, True),
+        ({"phases": ["lattice"]}, False),
+        ({"grading": "uniform"}, False),
+        ({"method": "stress-to-density"}, False),
+        ({"density": 0.3}, False),
+        ({"density_map": {"formula": "0.2"}}, False),
+    ],
+)
+def test_members_are_made_wherever_the_case_leaves_them_open(stated, made):
+    keys = {"cell": "bcc", "size": "8 mm", **stated}
+    assert LatticeSpec.model_validate(keys).members is made
+
+
 def test_what_stands_alone_is_tied_in_by_the_shortest_way():
     """Two ends of a bar that are solid in any case, and no member between them."""
     whole = cantilever().model

@@ -126,9 +126,11 @@ class LatticeSpec(Table):
     """lightest: the least mass under every limit, by gradients; stress-to-density: the plain way,
     the stress of the fully solid part mapped to density by the law and scaled until every limit
     holds, with ``acceptance = "whole"`` unless it is stated."""
-    phases: Annotated[tuple[str, ...], Choices(PHASES)] = ("lattice",)
+    phases: Annotated[tuple[str, ...] | None, Choices(PHASES)] = None
     """Phases that the part may hold: ["lattice"]; ["lattice", "solid"] for solid members among the
-    cells wherever that is lighter; or ["solid", "void"] for members alone, without any cell."""
+    cells wherever that is lighter; or ["solid", "void"] for members alone, without any cell. By
+    default lattice and solid; lattice alone with stress-to-density, a uniform density and one that
+    is stated, which make no members."""
     least_member: Size | None = Field(default=None, examples=["5 mm"])
     """Least thickness of solid members, mm; a quarter of a cell by default, or one and a half
     ``mesh_size`` where that is stated and larger. Without cells it has no default."""
@@ -173,12 +175,14 @@ class LatticeSpec(Table):
     @property
     def members(self) -> bool:
         """Whether sizing may make solid members."""
+        if self.phases is None:
+            return not (self.stated or self.by_stress or self.grading == GRADINGS[0])
         return PHASES[1] in self.phases
 
     @property
     def cells(self) -> bool:
         """Whether cells are a phase of it."""
-        return PHASES[0] in self.phases
+        return self.phases is None or PHASES[0] in self.phases
 
     @property
     def cell_size(self) -> float:
@@ -315,7 +319,7 @@ class LatticeSpec(Table):
 
     @model_validator(mode="after")
     def _members(self) -> LatticeSpec:
-        if self.phases not in _TOGETHER:
+        if self.phases is not None and self.phases not in _TOGETHER:
             listed = ", ".join(json.dumps(list(phases)) for phases in _TOGETHER)
             raise key_error("phases", f"found {json.dumps(self.phases)}; expected one of {listed}")
         if not self.members:
