@@ -47,7 +47,7 @@ def test_members_save_mass_and_are_in_the_printed_file(tmp_path, cli):
     stop = 'stop_after = "lattice"'
     members, ended = ran(tmp_path / "members", cli, MEMBERS, stop)
     assert ended.code == 0, ended.out + ended.err
-    alone, _ = ran(tmp_path / "alone", cli, "", stop)
+    alone, _ = ran(tmp_path / "alone", cli, 'phases = ["lattice"]', stop)
     assert members["mass_g"] < 0.95 * alone["mass_g"]
     (found,) = members["measures"]["solid_members"]
     assert found["count"] >= 1

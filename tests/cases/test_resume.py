@@ -27,6 +27,7 @@ displacement = [{region = "tip", magnitude = "0.012 mm"}]
 [lattice]
 cell = "gyroid-sheet"
 size = "8 mm"
+phases = ["lattice"]
 density = [0.45, 0.60]
 size_effects = false
 [run]

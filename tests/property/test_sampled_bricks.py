@@ -58,10 +58,10 @@ def counting(field, points):
     return values
 
 
-def assert_equal(found, dense):
+def assert_equal(found, dense, rounding=0.0):
     for mine, plain in zip(found, dense, strict=True):
         assert mine.dtype == plain.dtype
-        np.testing.assert_array_equal(mine, plain)
+        np.testing.assert_allclose(mine, plain, rtol=0.0, atol=rounding)
 
 
 @settings(max_examples=25, deadline=None)
@@ -115,7 +115,9 @@ def test_any_slope_may_be_stated(seed, slope):
         return np.abs(np.tensordot(share, np.sin(phase), 1)) - level
 
     bounded = LipschitzField(values=values, constant=slope)
-    assert_equal(classify(bounded, grid, SUBCELLS), classify(values, grid, SUBCELLS))
+    # products and sines round by a point's place in its array: a few 2^-53 of phases below 30
+    rounding = 100 * slope * 2.0**-53
+    assert_equal(classify(bounded, grid, SUBCELLS), classify(values, grid, SUBCELLS), rounding)
 
 
 def test_most_of_a_large_solid_is_not_sampled():

@@ -40,6 +40,7 @@ displacement = [{{region = "tip", magnitude = "0.02 mm"}}]
 [lattice]
 cell = "gyroid-sheet"
 size = "12 mm"
+phases = ["lattice"]
 law = "gyroid-sheet-computed"
 density = [0.2, 0.7]
 size_effects = {size_effects}

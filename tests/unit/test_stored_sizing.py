@@ -17,6 +17,7 @@ displacement = [{region = "tip", magnitude = "0.05 mm"}]
 [lattice]
 cell = "primitive-network"
 size = "5 mm"
+phases = ["lattice"]
 density = [0.2, 0.5]
 size_effects = false
 [run]
