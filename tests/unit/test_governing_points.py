@@ -89,6 +89,9 @@ def test_clusters_hold_every_point_once_and_lie_apart():
     found = clusters(points, 2)
     assert sorted(np.concatenate(found).tolist()) == list(range(40))
     assert {tuple(sorted(mine)) for mine in found} == {tuple(range(20)), tuple(range(20, 40))}
+    # No two of them begin within the length that must lie between them.
+    assert len(clusters(points, 8, 10.0)) == 2
+    assert len(clusters(points, 8, 60.0)) == 1
     # Points that coincide need no clusters of their own.
     assert len(clusters(np.zeros((3, 5)), 8)) == 1
 

@@ -60,6 +60,8 @@ class DisplacementLimit(Limit):
     nodes: IntArray  #: ``(k,)``. Nodes of the region on the tetrahedra of the part.
     #: 0, 1, 2 limits the absolute value of one component, None the magnitude.
     component: int | None
+    #: mm. By which places lie apart that a design moves each for itself: `clusters`.
+    apart: float = 0.0
 
     unit: ClassVar[str] = "mm"
     converges: ClassVar[bool] = True
@@ -88,7 +90,7 @@ class DisplacementLimit(Limit):
         u = state.displacement(self.key.load_case)
         found = [
             self._cluster(u, self.nodes[mine])
-            for mine in clusters(state.nodes[:, self.nodes], _CLUSTERS)
+            for mine in clusters(state.nodes[:, self.nodes], _CLUSTERS, self.apart)
         ]
         least = _RELEVANT * max(response.value for response in found)
         relevant = [response for response in found if response.value >= least]
@@ -177,11 +179,12 @@ def largest_displacement(
     return float(values[k]), int(nodes[k])
 
 
-def clusters(points: FloatArray, count: int) -> list[IntArray]:
+def clusters(points: FloatArray, count: int, apart: float = 0.0) -> list[IntArray]:
     """Divide points ``(3, k)`` into at most so many clusters, each around a point of its own.
 
-    The next one is the farthest from those before (Gonzalez, Theor. Comput. Sci. 38, 1985,
-    293-306), and each point belongs to the nearest of them.
+    These lie more than ``apart`` from each other. The next one is the farthest from those before
+    (Gonzalez, Theor. Comput. Sci. 38, 1985, 293-306), and each point belongs to the nearest of
+    them.
 
     Examples
     --------
@@ -197,7 +200,7 @@ def clusters(points: FloatArray, count: int) -> list[IntArray]:
         nearest[away < distance] = number
         distance = np.minimum(distance, away)
         centre = int(np.argmax(distance))
-        if distance[centre] == 0.0:
+        if distance[centre] <= apart:
             break
     return [np.flatnonzero(nearest == number) for number in range(int(nearest.max()) + 1)]
 
@@ -245,6 +248,7 @@ class DisplacementKind:
                     case_key=f"limits.{place}.magnitude",
                     nodes=placed.nodes[entry.region],
                     component=entry.component,
+                    apart=placed.cell_size,
                     **shares,
                 )
                 for case in cases
