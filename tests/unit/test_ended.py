@@ -122,7 +122,7 @@ def test_a_used_limit_is_the_end_whatever_ended_the_iterations(verdict):
 def test_a_refused_design_of_hardly_less_mass_makes_the_lightest(verdict):
     found = verdict(0.95, enclosed_end(10.0, [9.95]))
     assert (found.status, found.lightest, found.ended_by) == ("met", True, "enclosed")
-    assert found.reason.endswith("one to 95.0%; a design of 0.50% less mass was refused")
+    assert found.reason.endswith("one to 95.0%; a design of 0.50% less mass breaks a limit")
 
 
 def test_a_miss_names_the_limit_and_the_end(verdict):

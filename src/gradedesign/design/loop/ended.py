@@ -37,8 +37,8 @@ class Ended:
     by : {"tight", "enclosed", "iterations", "time", "stuck", "saturated", "refused", "unjudged",
           "unaccepted"}
         ``tight``: the lightest design that was looked for was accepted. ``enclosed``: one that is
-        hardly lighter was refused. ``iterations``, ``time``: a budget of [run]. ``stuck``: the last
-        iteration changed nothing. ``saturated``: no density of this lattice can hold a limit.
+        hardly lighter does not hold. ``iterations``, ``time``: a budget of [run]. ``stuck``: the
+        last iteration changed nothing. ``saturated``: no density of this lattice can hold a limit.
         ``refused``: the next design could not be analysed. ``unjudged``: two designs in succession
         could be analysed at one resolution only, or not meshed anew. ``unaccepted``: acceptance of
         a design failed.
@@ -50,7 +50,8 @@ class Ended:
     words: str
 
 
-#: A refused design lighter by no more than this share shows that the accepted one is the lightest.
+#: A design that breaks a limit and is lighter by no more than this share shows that the accepted
+#: one is the lightest.
 #: Displacements jump where walls meet a face or miss it: `size-graded` once used 100.3 % at 9.442 g
 #: and 94.9 % at 9.471 g.
 _ENCLOSED = 0.01
@@ -123,23 +124,25 @@ def require_time(iteration: int, deadline: Deadline, least_s: float) -> None:
         )
 
 
-def enclosed_end(mass: float, refused: Sequence[float]) -> Ended | None:
-    """End at an accepted design where one that is hardly lighter was refused, or None.
+def enclosed_end(mass: float, broken: Sequence[float]) -> Ended | None:
+    """End at an accepted design where one that is hardly lighter does not hold, or None.
 
     Walls and struts that meet a face or miss it let displacements jump by some per cent between
     designs of nearly one mass: no design may use a limit to 97 %.
 
-    ``mass``, g: of the accepted design. ``refused``, g: of refused designs.
+    ``mass``, g: of the accepted design. ``broken``, g: of those that break a limit.
 
     Examples
     --------
     >>> enclosed_end(10.0, [8.0, 9.95]).words
-    'a design of 0.50% less mass was refused'
+    'a design of 0.50% less mass breaks a limit'
     """
-    lighter = max((each for each in refused if each < mass), default=0.0)
+    lighter = max((each for each in broken if each < mass), default=0.0)
     if lighter < (1.0 - _ENCLOSED) * mass:
         return None
-    return Ended(by="enclosed", words=f"a design of {1 - lighter / mass:.2%} less mass was refused")
+    return Ended(
+        by="enclosed", words=f"a design of {1 - lighter / mass:.2%} less mass breaks a limit"
+    )
 
 
 def heavier_end(mass: float, tight: float) -> Ended:

@@ -21,6 +21,8 @@ from gradedesign.mechanics.limits.verdict import (
 NEAR = 0.88
 #: A design with this expected utilisation may hold: factors of two acceptances differ by 1 to 3 %.
 _MAY_HOLD = 1.02
+#: A design with this expected utilisation breaks a limit whatever factors its acceptance has.
+_BREAKS = 1.03
 
 
 def judge_left(
@@ -59,15 +61,24 @@ def judge_left(
 
 
 def enclosed_by(
-    accepted: Accepted, iterations: Sequence[DesignIteration], refused: Sequence[int]
+    accepted: Accepted | None,
+    iterations: Sequence[DesignIteration],
+    refused: Sequence[int],
+    factors: Factors,
 ) -> Ended | None:
-    """The end where the accepted design holds and a hardly lighter one was refused, or None.
+    """The end where the accepted design holds and a hardly lighter one does not, or None.
 
-    A design far from all its limits is not the lightest because another one failed.
+    That one was refused, or its explicit values times ``factors`` break a limit by more than
+    factors differ. A design far from all its limits is not the lightest because another one failed.
     """
-    if not accepted.holds or worst_utilisation(accepted.rows) < NEAR:
+    if accepted is None or not accepted.holds or worst_utilisation(accepted.rows) < NEAR:
         return None
-    masses = [iterations[number - 1].summary.mass_g for number in refused]
+    masses = [
+        each.summary.mass_g
+        for each in iterations
+        if each.summary.number in refused
+        or worst_utilisation(with_factors(each.rows, factors)) > _BREAKS
+    ]
     return enclosed_end(accepted.iteration.summary.mass_g, masses)
 
 
@@ -135,6 +146,6 @@ def _lighter_left(
     latest = stages.accept(min(candidates, key=lambda i: i.summary.mass_g), None)
     if not latest.holds:
         number = latest.iteration.summary.number
-        return accepted, enclosed_by(accepted, iterations, (number,)) or ended
+        return accepted, enclosed_by(accepted, iterations, (number,), last.factors) or ended
     tight = is_tight(latest.rows, at_lower_bound=latest.iteration.at_lower_bound)
     return latest, TIGHT_END if tight else ended

@@ -177,7 +177,7 @@ def _judge(stages: Stages, run: _Run, design: DesignIteration) -> Ended | None:
     run.unjudged = run.unjudged + 1 if latest.unjudged else 0
     if run.unjudged == _MOST_UNJUDGED:
         return unjudged_end(latest.unjudged)
-    return enclosed_by(run.accepted, run.iterations, run.refused)
+    return enclosed_by(run.accepted, run.iterations, run.refused, run.factors)
 
 
 def _accept(stages: Stages, run: _Run, design: DesignIteration) -> Accepted:
@@ -210,7 +210,7 @@ def _iterate(stages: Stages, run: _Run) -> Ended | None:
     if run.last is None:
         run.factors = iteration.expected
     stages.store_iteration(run.iterations)
-    return None
+    return enclosed_by(run.accepted, run.iterations, run.refused, run.factors)
 
 
 def _next_factors(before: Judged | None, now: Judged, *, refused: bool) -> Factors:

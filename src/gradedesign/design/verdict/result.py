@@ -31,13 +31,14 @@ class RunResult(ShownRecord):
     reason : str
         One sentence for a person.
     ended_by : str
-        ``tight``: a design with a limit at 97 % or more was accepted. ``enclosed``: a design was
-        accepted, and one of at most 1 % less mass refused. ``iterations``, ``time``: that budget.
-        ``stuck``: the last iteration changed nothing. ``saturated``: no density of this lattice can
-        hold a limit. ``refused``: the next design could not be analysed. ``unjudged``: two
-        designs in succession could be analysed at one resolution only, or not meshed anew.
-        ``unaccepted``: acceptance of a design failed. ``solid``: the solid part breaks a limit.
-        ``stop_after``: as the case asks. ``judged``: a body made elsewhere. ``error``.
+        ``tight``: a design with a limit at 97 % or more was accepted. ``enclosed``: a
+        design was accepted, and one of at most 1 % less mass breaks a limit.
+        ``iterations``, ``time``: that budget. ``stuck``: the last iteration changed
+        nothing. ``saturated``: no density of this lattice can hold a limit. ``refused``:
+        the next design could not be analysed. ``unjudged``: two designs in succession could
+        be analysed at one resolution only, or not meshed anew. ``unaccepted``: acceptance
+        of a design failed. ``solid``: the solid part breaks a limit. ``stop_after``: as the
+        case asks. ``judged``: a body made elsewhere. ``error``.
     limits : tuple of LimitRow
         Of a run that failed, those of its last iteration.
     solid : tuple of LimitRow

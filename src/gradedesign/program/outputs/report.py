@@ -32,7 +32,7 @@ _STATUS = {
 #: What ended a run, after "because".
 _ENDED = {
     "tight": "the accepted design uses a limit to 97 % or more",
-    "enclosed": "a design of at most 1 % less mass was refused",
+    "enclosed": "a design of at most 1 % less mass breaks a limit",
     "iterations": "its iterations were used up",
     "time": "its time was used up",
     "stuck": "the last iteration changed nothing",
