@@ -8,8 +8,9 @@ import pytest
 from gradedesign import pipeline
 from gradedesign.common.system.limits import Deadline
 from gradedesign.common.system.progress import ignore
-from gradedesign.design.check.price import PricedBody, why_lattice
+from gradedesign.design.check.price import PricedBody, asked_body, why_lattice
 from gradedesign.design.loop.announce import Announcer
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.program.store.run_folder import open_run_folder
 
 NAMES = ("uniform lattice", "graded lattice")
@@ -49,6 +50,21 @@ def test_without_time_they_are_left_out_and_a_resumed_run_sizes_them(priced):
     assert notes == ["", "left out: 0 of 0 s of [run] time are left"]
     assert count == 1
     assert priced() == (["", ""], 3)
+
+
+@pytest.mark.parametrize(
+    ("stated", "asked"),
+    [
+        ({}, "lattice and solid"),
+        ({"phases": ["lattice", "solid"], "grading": "thickness"}, "lattice and solid"),
+        ({"phases": ["lattice"]}, "graded lattice"),
+        ({"grading": "uniform"}, "uniform lattice"),
+        ({"method": "stress-to-density"}, "stress mapped to density"),
+    ],
+)
+def test_one_body_is_the_one_that_the_case_asks_for(stated, asked):
+    lattice = LatticeSpec.model_validate({"cell": "bcc", "size": "8 mm", **stated})
+    assert asked_body(lattice) == asked
 
 
 def test_the_sentence_compares_with_bodies_that_hold():

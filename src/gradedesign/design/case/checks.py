@@ -176,10 +176,10 @@ def _zone_problems(file: CaseFile) -> Iterator[Problem]:
     for key in ("transition", "parameter_map"):
         if file.zone and getattr(lattice, key) is not None:
             yield Problem(key=("lattice", key), message="does not go with [[zone]]; leave one out")
-    if file.zone and lattice.phases and not lattice.cells:
+    if file.zone and not lattice.cells:
         yield Problem(
             key=("zone",),
-            message=f"zones tell cells apart, which phases = {shown(list(lattice.phases))} leave "
+            message=f"zones tell cells apart, which phases = {shown(list(lattice.made))} leave "
             "out; leave the zones out too",
         )
     mixed = lattice.transition is not None or lattice.parameter_map is not None

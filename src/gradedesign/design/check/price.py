@@ -58,7 +58,7 @@ _NOTES = {
 _KEYS = {
     "uniform lattice": 'grading = "uniform"',
     "stress mapped to density": 'method = "stress-to-density"',
-    "graded lattice": 'method = "lightest" with grading = "level"',
+    "graded lattice": 'method = "lightest" with grading = "level" and phases = ["lattice"]',
     "lattice and solid": 'phases = ["lattice", "solid"]',
     _VOID_BODY: 'phases = ["solid", "void"] and least_member',
 }
@@ -106,12 +106,11 @@ def price_of_lattice(
     if not case.lattice.cells:
         why = 'phases = ["solid", "void"] names no cell'
         return (*bodies, *(_none(name, why, asked=name == _VOID_BODY) for name in _BODIES))
+    asked_for = asked_body(case.lattice)
     for name, keys in _BODIES.items():
         if case.lattice.grading == "uniform":
             keys = {"grading": "level", **keys}
-        asked = name != _VOID_BODY and all(
-            getattr(case.lattice, key) == value for key, value in keys.items() if key != _SIZE
-        )
+        asked = name == asked_for
         if reason := why_not():
             bodies.append(_none(name, reason, asked=asked))
             continue
@@ -138,6 +137,17 @@ def price_of_lattice(
             )
         )
     return tuple(bodies)
+
+
+def asked_body(lattice: LatticeSpec) -> str:
+    """Name of the body that a case with this lattice asks for."""
+    if lattice.by_stress:
+        return "stress mapped to density"
+    if lattice.grading == "uniform":
+        return "uniform lattice"
+    if not lattice.cells:
+        return _VOID_BODY
+    return "lattice and solid" if lattice.members else "graded lattice"
 
 
 def seconds_of_bodies(checked: CaseCheck, registry: Registry) -> dict[str, float]:

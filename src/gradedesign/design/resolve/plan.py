@@ -236,7 +236,7 @@ def with_acceptance(case: Case) -> Case:
     if case.run.acceptance == "submodels" and not case.lattice.cells:
         raise CaseError(
             f"{case.where('run.acceptance')}: submodels are cut around cells, which phases = "
-            f'{json.dumps(case.lattice.phases)} leave out; expected "whole", or leave it out'
+            f'{json.dumps(case.lattice.made)} leave out; expected "whole", or leave it out'
         )
     return case
 
@@ -251,7 +251,7 @@ def _buckling_of_cells(lattice: LatticeSpec, limits: LimitsSpec, where: Where) -
     if limits.buckling_factor is not None:
         raise CaseError(
             f"{where('limits.buckling_factor')}: limits the buckling of cells, which phases = "
-            f"{json.dumps(lattice.phases)} leave out; leave it out too"
+            f"{json.dumps(lattice.made)} leave out; leave it out too"
         )
     return limits.model_copy(update={"buckling": "off"})
 

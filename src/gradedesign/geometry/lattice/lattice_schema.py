@@ -173,16 +173,22 @@ class LatticeSpec(Table):
         return self.method == _METHODS[1]
 
     @property
+    def made(self) -> tuple[str, ...]:
+        """Phases that the part may hold, stated or not."""
+        if self.phases is not None:
+            return self.phases
+        alone = self.stated or self.by_stress or self.grading == GRADINGS[0]
+        return PHASES[:1] if alone else PHASES[:2]
+
+    @property
     def members(self) -> bool:
         """Whether sizing may make solid members."""
-        if self.phases is None:
-            return not (self.stated or self.by_stress or self.grading == GRADINGS[0])
-        return PHASES[1] in self.phases
+        return PHASES[1] in self.made
 
     @property
     def cells(self) -> bool:
         """Whether cells are a phase of it."""
-        return self.phases is None or PHASES[0] in self.phases
+        return PHASES[0] in self.made
 
     @property
     def cell_size(self) -> float:
