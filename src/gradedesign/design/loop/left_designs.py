@@ -9,6 +9,7 @@ from gradedesign.design.loop.ended import TIGHT_END, Ended, enclosed_end
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.loop_stages import Judged, Stages
 from gradedesign.mechanics.limits.verdict import (
+    TIGHT,
     Factors,
     all_hold,
     is_tight,
@@ -21,8 +22,6 @@ from gradedesign.mechanics.limits.verdict import (
 NEAR = 0.88
 #: A design with this expected utilisation may hold: factors of two acceptances differ by 1 to 3 %.
 _MAY_HOLD = 1.02
-#: A design with this expected utilisation breaks a limit whatever factors its acceptance has.
-_BREAKS = 1.03
 
 
 def judge_left(
@@ -71,15 +70,32 @@ def enclosed_by(
     That one was refused, or its explicit values times ``factors`` break a limit by more than
     factors differ. A design far from all its limits is not the lightest because another one failed.
     """
-    if accepted is None or not accepted.holds or worst_utilisation(accepted.rows) < NEAR:
+    if accepted is None or not _may_be_lightest(accepted):
         return None
     masses = [
         each.summary.mass_g
         for each in iterations
         if each.summary.number in refused
-        or worst_utilisation(with_factors(each.rows, factors)) > _BREAKS
+        or worst_utilisation(with_factors(each.rows, factors)) > _MAY_HOLD
     ]
     return enclosed_end(accepted.iteration.summary.mass_g, masses)
+
+
+def decides(iteration: DesignIteration, accepted: Accepted | None, factors: Factors) -> bool:
+    """Whether acceptance of a design ends the loop, held or refused.
+
+    It may hold and then uses a limit, and it is hardly lighter than the design that was accepted.
+    """
+    if accepted is None or not _may_be_lightest(accepted):
+        return False
+    used = worst_utilisation(with_factors(iteration.rows, factors))
+    mass = accepted.iteration.summary.mass_g
+    return TIGHT <= used <= _MAY_HOLD and enclosed_end(mass, [iteration.summary.mass_g]) is not None
+
+
+def _may_be_lightest(accepted: Accepted) -> bool:
+    """Whether a design holds and is near a limit, so that it may be the lightest."""
+    return accepted.holds and worst_utilisation(accepted.rows) >= NEAR
 
 
 def is_ready(iteration: DesignIteration, factors: Factors) -> bool:

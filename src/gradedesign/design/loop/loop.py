@@ -20,7 +20,7 @@ from gradedesign.design.loop.ended import (
     unjudged_end,
 )
 from gradedesign.design.loop.iteration import DesignIteration
-from gradedesign.design.loop.left_designs import NEAR, enclosed_by, is_ready, judge_left
+from gradedesign.design.loop.left_designs import NEAR, decides, enclosed_by, is_ready, judge_left
 from gradedesign.design.loop.loop_stages import Judged, Stages
 from gradedesign.errors import LatticeError, MeshError, ResourceError, SolverError
 from gradedesign.mechanics.limits.verdict import (
@@ -141,7 +141,9 @@ def _to_judge(stages: Stages, run: _Run) -> DesignIteration | None:
         return None
     latest = run.iterations[-1]
     if latest.summary.number not in run.tried and (
-        is_ready(latest, run.factors) or _teaches(run.iterations, run.factors, run.tried)
+        is_ready(latest, run.factors)
+        or decides(latest, run.accepted, run.factors)
+        or _teaches(run.iterations, run.factors, run.tried)
     ):
         return latest
     most = inf
