@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from gradedesign.errors import LatticeError, ResourceError
@@ -9,10 +11,15 @@ from gradedesign.errors import LatticeError, ResourceError
 #: Memory that a vertex takes with its triangles at the peak of what is made of a surface: 1.53 GB
 #: for 5.56 million (10 x 10 x 10 gyroid sheets), the program itself included.
 _BYTES_PER_VERTEX = 300.0
-#: A finer grid aims at this share of the allowed error, which grows as the fourth power of the
-#: step: no two grids meet struts alike. Its step over the last one is held between these: where
-#: struts are hardly met the power does not hold, and less of a change is not worth a contour.
+#: A finer grid aims at this share of the allowed error: no two grids meet struts alike. Its step
+#: over the last one is held between these: where struts are hardly met no power of the step holds,
+#: and less of a change is not worth a contour.
 _AIM, _LEAST_FINER, _MOST_FINER = 0.8, 0.5, 0.9
+#: Powers of the step with which the error falls, at least and at most: a smooth surface has the
+#: fourth, which is taken of a first contour, and edges between struts one and a half. `knot`, whose
+#: net meets its struts in edges, took six contours by the fourth power alone, of which the third to
+#: the fifth were for nothing.
+_ORDERS = (1.0, 4.0)
 
 
 class CoarseContourError(LatticeError):
@@ -20,13 +27,16 @@ class CoarseContourError(LatticeError):
 
     Attributes
     ----------
-    finer : float, mm
-        Step that should do.
+    step : float, mm
+        Of the grid.
+    error : float
+        Of the volume of a cell by estimate, relative to its solid.
     """
 
-    def __init__(self, message: str, *, finer: float) -> None:
+    def __init__(self, message: str, *, step: float, error: float) -> None:
         super().__init__(message)
-        self.finer = finer
+        self.step = step
+        self.error = error
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,6 +46,27 @@ class Resolution:
     within: float  #: Most that the volume of a cell may be off by estimate, relative to its solid.
     memory: float  #: bytes. That the surface may take.
 
+    def finer_step(self, missed: Sequence[CoarseContourError]) -> float:
+        """Step that should do after contours that were too coarse, mm; the last one of them last.
+
+        The error is taken to fall on as it did between the last two.
+
+        Examples
+        --------
+        >>> first = CoarseContourError("", step=0.4, error=0.02)
+        >>> second = CoarseContourError("", step=0.32, error=0.016)
+        >>> asked = Resolution(within=0.01, memory=1e9)
+        >>> round(asked.finer_step([first]), 3), round(asked.finer_step([first, second]), 3)
+        (0.318, 0.16)
+        """
+        last, order = missed[-1], _ORDERS[1]
+        if len(missed) > 1:
+            before = missed[-2]
+            order = math.log(before.error / last.error) / math.log(before.step / last.step)
+        power = 1.0 / min(max(order, _ORDERS[0]), _ORDERS[1])
+        ratio = (_AIM * self.within / last.error) ** power
+        return last.step * min(max(ratio, _LEAST_FINER), _MOST_FINER)
+
 
 def require_volume(error: float, asked: Resolution | None, step: float) -> None:
     """Refuse a contour at a step, mm, whose estimated error of a cell's volume is too large.
@@ -43,11 +74,11 @@ def require_volume(error: float, asked: Resolution | None, step: float) -> None:
     Raises `CoarseContourError`.
     """
     if asked is not None and error > asked.within:
-        power = (_AIM * asked.within / error) ** 0.25
         raise CoarseContourError(
             f"at a grid of {step:.3g} mm the surface of a cell is estimated to hold {error:.1%} "
             f"more or less than its solid, expected at most {asked.within:.1%}",
-            finer=step * min(max(power, _LEAST_FINER), _MOST_FINER),
+            step=step,
+            error=error,
         )
 
 

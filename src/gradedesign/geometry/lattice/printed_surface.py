@@ -14,7 +14,11 @@ from gradedesign.common.system.progress import report_step, stepping
 from gradedesign.errors import LatticeError
 from gradedesign.geometry.contour._surface_kernels import vertex_shells
 from gradedesign.geometry.contour.islands import Islands, remove_islands
-from gradedesign.geometry.contour.resolution import CoarseContourError, Resolution, require_volume
+from gradedesign.geometry.contour.resolution import (
+    CoarseContourError,
+    Resolution,
+    require_volume,
+)
 from gradedesign.geometry.contour.surface import contour, require_closed
 from gradedesign.geometry.lattice.domain import DesignDomain, grown
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
@@ -81,13 +85,14 @@ def printed_surface(
     """
     make = surface_behind_skin if keep_outer else trimmed_surface
     asked = Resolution(within=VOLUME_ERROR, memory=memory)
-    raw = None
+    raw, missed = None, list[CoarseContourError]()
     while raw is None:
         try:
             raw = make(design, part, step, asked)
         except CoarseContourError as error:
-            log.info("%s: %.3g mm instead", error, error.finer)
-            step = error.finer
+            missed.append(error)
+            step = asked.finer_step(missed)
+            log.info("%s: %.3g mm instead", error, step)
     report_step("disconnected components of the surface")
     surface, islands = remove_islands(
         raw, keep=design.domain.bodies, least_pocket=(0.5 * step) ** 3
