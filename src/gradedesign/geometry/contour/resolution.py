@@ -11,10 +11,12 @@ from gradedesign.errors import LatticeError, ResourceError
 #: Memory that a vertex takes with its triangles at the peak of what is made of a surface: 1.53 GB
 #: for 5.56 million (10 x 10 x 10 gyroid sheets), the program itself included.
 _BYTES_PER_VERTEX = 300.0
-#: A finer grid aims at this share of the allowed error: no two grids meet struts alike. Its step
-#: over the last one is held between these: where struts are hardly met no power of the step holds,
-#: and less of a change is not worth a contour.
-_AIM, _LEAST_FINER, _MOST_FINER = 0.8, 0.5, 0.9
+#: A finer grid aims at these shares of the allowed error, after one contour and after more, whose
+#: order is measured: no two grids meet struts alike. Chosen, not measured.
+_AIM, _MEASURED_AIM = 0.8, 0.95
+#: Its step over the last one is held between these: where struts are hardly met no power of the
+#: step holds, and less of a change is not worth a contour.
+_LEAST_FINER, _MOST_FINER = 0.5, 0.9
 #: Powers of the step with which the error falls, at least and at most: a smooth surface has the
 #: fourth, which is taken of a first contour, and edges between struts one and a half. `knot`, whose
 #: net meets its struts in edges, took six contours by the fourth power alone, of which the third to
@@ -57,14 +59,14 @@ class Resolution:
         >>> second = CoarseContourError("", step=0.32, error=0.016)
         >>> asked = Resolution(within=0.01, memory=1e9)
         >>> round(asked.finer_step([first]), 3), round(asked.finer_step([first, second]), 3)
-        (0.318, 0.16)
+        (0.318, 0.19)
         """
-        last, order = missed[-1], _ORDERS[1]
+        last, order, aim = missed[-1], _ORDERS[1], _AIM
         if len(missed) > 1:
-            before = missed[-2]
+            before, aim = missed[-2], _MEASURED_AIM
             order = math.log(before.error / last.error) / math.log(before.step / last.step)
         power = 1.0 / min(max(order, _ORDERS[0]), _ORDERS[1])
-        ratio = (_AIM * self.within / last.error) ** power
+        ratio = (aim * self.within / last.error) ** power
         return last.step * min(max(ratio, _LEAST_FINER), _MOST_FINER)
 
 
