@@ -1,10 +1,13 @@
 """A region whose largest displacement changes places: all of them are held at once."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.resolve.design_model import prepare
 from gradedesign.geometry.part.part_mesh import box_part_mesh
 from gradedesign.geometry.tets.tet_mesh import TetMesh, boundary_facets, centroids
 from gradedesign.mechanics.fe.facets import facet_nodes
@@ -22,6 +25,9 @@ from gradedesign.mechanics.material.scaling_law import LawOrigin
 from gradedesign.mechanics.sizing.filter import cone_filter
 from gradedesign.mechanics.sizing.homogenised_model import homogenised_model
 from gradedesign.mechanics.sizing.size import SizingProblem, size
+from gradedesign.program.host.registry import build_registry
+
+CASES = Path(__file__).parents[2] / "cases"
 
 LAW = power_law(
     "test-law",
@@ -130,3 +136,10 @@ def test_a_design_keeps_a_share_of_its_start(forked):
     held = size(problem, start=start, max_iterations=8, keep=0.85)
     assert free.rho.min() < 0.2
     assert held.rho.min() == pytest.approx(0.85 * 0.4)
+
+
+def test_a_limit_of_a_case_has_clusters_farther_apart_than_its_density_filter_reaches():
+    case = load_case(CASES / "mini")
+    model = prepare(case, build_registry())
+    (limit,) = (each for each in model.limits if isinstance(each, DisplacementLimit))
+    assert limit.apart == case.lattice.filter_radius * case.lattice.cell_size == 12.0

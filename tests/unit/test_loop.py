@@ -404,6 +404,13 @@ def test_a_refused_design_of_nearly_the_same_mass_ends_the_loop(lighter, ratio, 
         assert outcome.ended.words == "a design of 0.50% less mass breaks a limit"
 
 
+def test_an_earlier_design_of_nearly_the_same_mass_does_not_end_the_loop():
+    """It was sized before anything was learned: 115 %, and 90 % with 0.5 % more mass."""
+    designs = [an_iteration(1, 1.15, mass=9.95), an_iteration(2, 0.9, mass=10.0)]
+    outcome = Faked([*designs, an_iteration(3, 0.98, mass=9.8)], ends=after(3)).run()
+    assert (outcome.ended.by, outcome.accepted.iteration.summary.number) == ("tight", 3)
+
+
 @pytest.mark.parametrize(
     ("lighter", "used", "ratio", "by", "kept", "judged"),
     [

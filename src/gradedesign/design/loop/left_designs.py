@@ -67,8 +67,9 @@ def enclosed_by(
 ) -> Ended | None:
     """The end where the accepted design holds and a hardly lighter one does not, or None.
 
-    That one was refused, or its explicit values times ``factors`` break a limit by more than
-    factors differ. A design far from all its limits is not the lightest because another one failed.
+    That one was refused, or it came later, with what acceptance taught, and its explicit values
+    times ``factors`` break a limit by more than factors differ: earlier ones may be heavier than
+    they need be. A design far from all its limits is not the lightest because another one failed.
     """
     if accepted is None or not _may_be_lightest(accepted):
         return None
@@ -76,7 +77,10 @@ def enclosed_by(
         each.summary.mass_g
         for each in iterations
         if each.summary.number in refused
-        or worst_utilisation(with_factors(each.rows, factors)) > _MAY_HOLD
+        or (
+            each.summary.number > accepted.iteration.summary.number
+            and worst_utilisation(with_factors(each.rows, factors)) > _MAY_HOLD
+        )
     ]
     return enclosed_end(accepted.iteration.summary.mass_g, masses)
 

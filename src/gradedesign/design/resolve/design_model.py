@@ -222,7 +222,7 @@ def _placed_limits(
             nodes={name: region_nodes(space, on) for name, on in facets.items()},
             shares={name: region_shares(space, on) for name, on in facets.items()},
             supports={load.name: load.supports for load in homogenised.cases},
-            cell_size=case.lattice.cell_size,
+            filter_radius=case.lattice.filter_radius * plan.layout.typical,
             members=case.lattice.members,
             cells=case.lattice.cells,
         ),

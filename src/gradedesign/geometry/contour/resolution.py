@@ -18,9 +18,8 @@ _AIM, _MEASURED_AIM = 0.8, 0.95
 #: step holds, and less of a change is not worth a contour.
 _LEAST_FINER, _MOST_FINER = 0.5, 0.9
 #: Powers of the step with which the error falls, at least and at most: a smooth surface has the
-#: fourth, which is taken of a first contour, and edges between struts one and a half. `knot`, whose
-#: net meets its struts in edges, took six contours by the fourth power alone, of which the third to
-#: the fifth were for nothing.
+#: fourth, which is taken of a first contour, and edges between struts one to one and a half.
+#: `knot`, whose net meets its struts in edges, took six contours by the fourth power alone.
 _ORDERS = (1.0, 4.0)
 
 

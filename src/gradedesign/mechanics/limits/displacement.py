@@ -248,7 +248,7 @@ class DisplacementKind:
                     case_key=f"limits.{place}.magnitude",
                     nodes=placed.nodes[entry.region],
                     component=entry.component,
-                    apart=placed.cell_size,
+                    apart=placed.filter_radius,
                     **shares,
                 )
                 for case in cases

@@ -215,8 +215,8 @@ class PlacedModel:
     shares : mapping of region to (k,) array
         Share of the region's area that each of its nodes stands for.
     supports : mapping of load case to Supports
-    cell_size : float, mm
-        Over which the density changes at least; of members alone their least thickness.
+    filter_radius : float, mm
+        Over which sizing smooths the density.
     members : bool
         Whether sizing may make solid members.
     cells : bool
@@ -233,7 +233,7 @@ class PlacedModel:
     nodes: Mapping[str, IntArray]
     shares: Mapping[str, FloatArray]
     supports: Mapping[str, Supports]
-    cell_size: float = 0.0
+    filter_radius: float = 0.0
     members: bool = False
     cells: bool = True
 
