@@ -12,10 +12,10 @@ from gradedesign.geometry.contour._side_kernels import (
     take_out_edges,
 )
 from gradedesign.geometry.contour.surface import extract_surface
-from gradedesign.geometry.lattice import trim
+from gradedesign.geometry.lattice import lattice_contour, trim
+from gradedesign.geometry.lattice.cube_sides import CLEARANCE, cube_sides, where_wanted
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field, uncut_field
-from gradedesign.geometry.lattice.trim import CLEARANCE, cube_sides, where_wanted
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.signed_distance import surface_distance
 from gradedesign.geometry.triangles._grid_kernels import meets_box
@@ -160,8 +160,10 @@ def test_what_lies_beyond_the_part_changes_nothing(monkeypatch):
         cuts.append(shape)
         return np.full([n - 1 for n in shape], NEAR, dtype=np.uint8)
 
-    monkeypatch.setattr(trim, "cube_sides", all_near)
-    monkeypatch.setattr(trim, "uncut_field", lambda design, **told: lattice_field(design, **told))
+    monkeypatch.setattr(lattice_contour, "cube_sides", all_near)
+    monkeypatch.setattr(
+        lattice_contour, "uncut_field", lambda design, **told: lattice_field(design, **told)
+    )
     plain = trim.trimmed_surface(design(domain), part, 0.4)
     assert cuts
     # Triangles beyond the faces take their heights from the part there.

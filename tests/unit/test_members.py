@@ -18,9 +18,9 @@ from gradedesign.geometry.lattice.components.void import Void
 from gradedesign.geometry.lattice.density_grid import DensityGrid
 from gradedesign.geometry.lattice.domain import DesignDomain, phase_at
 from gradedesign.geometry.lattice.lattice import LatticeDesign
+from gradedesign.geometry.lattice.lattice_contour import volume_fit
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.lattice.printed_surface import printed_surface
-from gradedesign.geometry.lattice.trim import volume_fit
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.part_mesh import box_part_mesh
 from gradedesign.geometry.part.part_schema import PartSpec

@@ -52,8 +52,9 @@ class Contour:
     #: others, where they are inside. They close ``near``.
     inner: NDArray[np.int32]
     outer: NDArray[np.int32]  #: As `inner`.
-    #: Estimate for the cell of a `VolumeFit` that is worst, relative to its solid; 0 without one.
-    volume_error: float = 0.0
+    #: ``(p, q, r)``. Estimated error of the volume of the cells of a `VolumeFit`, relative to their
+    #: solid; none without one.
+    volume_errors: FloatArray
 
     @property
     def count(self) -> int:
@@ -211,14 +212,14 @@ def _joined(
         some.clear()
     flips = _with_better_diagonals(places, triangles, ends[:2], grid)
     log.info("%d diagonals flipped", flips)
-    error = 0.0
+    errors = np.zeros((0, 0, 0))
     how, inside = fit
     if how is not None:
         lattice = (grid.origin, grid.h)
-        error = fitted_vertices(field, places, triangles, axes, lattice, END_GAP, how, inside)
+        errors = fitted_vertices(field, places, triangles, axes, lattice, END_GAP, how, inside)
     deep, near, _ = np.split(triangles, ends[:2])
     return Contour(
-        vertices=places, deep=deep, near=near, inner=inner, outer=outer, volume_error=error
+        vertices=places, deep=deep, near=near, inner=inner, outer=outer, volume_errors=errors
     )
 
 

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.common.system.progress import report_step
 from gradedesign.geometry.contour import _volume_kernels as kernels
+from gradedesign.geometry.contour.resolution import Boxes
 from gradedesign.geometry.contour.sample import BATCH, Shape, checked_values
 
 #: Mean over the value at the centroid of a quadratic that is zero at the corners of a triangle:
@@ -50,6 +51,8 @@ _LEAST_LEANING = 1e-3
 #: Vertices closer to a solid layer than this lie on it, and stay there; grid spacings. Chosen, not
 #: measured.
 _ON_LAYER = 0.01
+#: Cells of which less lies in the part belong to those beside them, as at the ends of the box.
+_LEAST_ROOM = 0.5
 #: Cells with less solid than this share of the median cell's are slivers that the part's faces
 #: leave; chosen, not measured: their error is as small a share of a cell's volume.
 _SLIVER = 0.05
@@ -68,6 +71,8 @@ class VolumeFit:
     #: Solid layers beside the lattice, points ``(3, n)`` mm to signed distances ``(n,)`` mm:
     #: vertices on them stay there, and none moves into them.
     solids: Field | None = None
+    #: ``(p, q, r)``. Share of every cell that lies in the part; None: all of it.
+    room: FloatArray | None = None
     memory: float = np.inf  #: bytes. That the contour and what is made of it may take.
 
     @property
@@ -75,6 +80,19 @@ class VolumeFit:
         """Cells along each axis."""
         p, q, r = np.maximum(np.floor((self.upper - self.lower) / self.cell + 0.5), 1).astype(int)
         return int(p), int(q), int(r)
+
+    def worst_cells(self, error: FloatArray, most: int) -> Boxes:
+        """Boxes, lower and upper ``(3,)`` mm, of the cells ``(p, q, r)`` of the largest errors."""
+        worst = np.argsort(error, axis=None, kind="stable")[::-1][:most]
+        cells = np.stack(np.unravel_index(worst[error.ravel()[worst] > 0], self.shape), axis=1)
+        last = np.array(self.shape) - 1
+        return tuple(
+            (
+                self.lower + self.cell * cell,
+                np.where(cell == last, self.upper, self.lower + self.cell * (cell + 1)),
+            )
+            for cell in cells
+        )
 
 
 def fitted_vertices(
@@ -86,10 +104,12 @@ def fitted_vertices(
     gap: float,
     fit: VolumeFit,
     counts: IntArray,
-) -> float:
-    """Move the vertices of a contour in place; return the estimated error of the worst cell.
+) -> FloatArray:
+    """Move the vertices of a contour in place; return the estimated error of every cell.
 
-    Returns float: relative to the solid of the cell.
+    Returns (p, q, r) array: relative to the solid of the cell, 0 of slivers. Where less than half a
+    cell lies in the part, relative to what half of it would hold: as at the ends of the box, it
+    belongs to what is beside it.
 
     - ``field``: of which the vertices lie on the zero, about mm
     - ``vertices (n, 3)``, mm
@@ -104,14 +124,16 @@ def fitted_vertices(
     held = np.abs(_above_layers(fit, vertices[: len(axes)])) <= _ON_LAYER * h
     target = (vertices, faces, axes, held, grid, gap, fit)
     solid = np.asarray(counts * h**3, dtype=np.float64)
+    if fit.room is not None:
+        solid = solid * np.maximum(_LEAST_ROOM / np.maximum(fit.room, _SLIVER), 1.0)
     moved, _, short = _move(field, target, (_CENTROID, _MEAN_OVER_CENTROID), slope, counts.shape)
     first = _shares(moved, solid)
     if first.max() <= SETTLED:
-        return float((first**2 + np.abs(_shares(short, solid))).max())
+        return np.asarray(first**2 + np.abs(_shares(short, solid)))
     again, left, short = _move(field, target, (_INTERIOR, 1.0), slope, counts.shape)
     sharp = np.maximum(_shares(again, solid) - SMOOTH * first, 0.0)
     rest = np.abs(_shares(left, solid)) + np.abs(_shares(short, solid))
-    return float((first**2 + rest + sharp).max())
+    return np.asarray(first**2 + rest + sharp)
 
 
 def _move(
@@ -198,8 +220,9 @@ def _above_layers(fit: VolumeFit, vertices: FloatArray) -> FloatArray:
 
 
 def _shares(volume: FloatArray, solid: FloatArray) -> FloatArray:
-    """Shares of the solid of every cell, slivers and empty cells left out, ``(k,)``."""
-    if not solid.any():
-        return np.zeros(1)
-    whole = solid >= _SLIVER * np.median(solid[solid > 0])
-    return np.asarray(volume[whole] / solid[whole])
+    """Shares of the solid of every cell, 0 of slivers and empty cells, ``(p, q, r)``."""
+    filled = solid > 0
+    if not filled.any():
+        return np.zeros(solid.shape)
+    whole = filled & (solid >= _SLIVER * np.median(solid[filled]))
+    return np.divide(volume, solid, out=np.zeros(solid.shape), where=whole)

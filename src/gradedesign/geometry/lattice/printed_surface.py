@@ -3,32 +3,28 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gradedesign.arrays import FloatArray
-from gradedesign.common.system.progress import report_step, stepping
+from gradedesign.common.system.progress import report_step
 from gradedesign.errors import LatticeError
 from gradedesign.geometry.contour._surface_kernels import vertex_shells
 from gradedesign.geometry.contour.islands import Islands, remove_islands
 from gradedesign.geometry.contour.resolution import (
     CoarseContourError,
     Resolution,
-    require_volume,
 )
-from gradedesign.geometry.contour.surface import contour, require_closed
+from gradedesign.geometry.contour.surface import require_closed
 from gradedesign.geometry.lattice.domain import DesignDomain, grown
-from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field
+from gradedesign.geometry.lattice.lattice import LatticeDesign
+from gradedesign.geometry.lattice.lattice_contour import OVERHANG, finer_step, lattice_contour
 from gradedesign.geometry.lattice.solid_layers import solid_layers
 from gradedesign.geometry.lattice.trim import (
-    OVERHANG,
     SHORTEST,
-    contour_grid,
     trimmed_surface,
-    volume_fit,
     with_skin_edges,
 )
 from gradedesign.geometry.triangles.chord_tolerance import within_chord
@@ -85,13 +81,12 @@ def printed_surface(
     """
     make = surface_behind_skin if keep_outer else trimmed_surface
     asked = Resolution(within=VOLUME_ERROR, memory=memory)
-    raw, missed = None, list[CoarseContourError]()
+    raw = None
     while raw is None:
         try:
             raw = make(design, part, step, asked)
         except CoarseContourError as error:
-            missed.append(error)
-            step = asked.finer_step(missed)
+            step = finer_step(design, part, error, asked, keep_outer=keep_outer)
             log.info("%s: %.3g mm instead", error, step)
     report_step("disconnected components of the surface")
     surface, islands = remove_islands(
@@ -136,17 +131,13 @@ def surface_behind_skin(
     D. Raymont, thesis, University of Exeter, section 5.2: the internal architecture route.
     """
     require_thick_skin(design.domain, _LEAST_SKIN * step, f"two steps of its grid of {step:.3g} mm")
-    untrimmed = replace(design, domain=grown(design.domain, OVERHANG * step))
-    field = lattice_field(untrimmed, band=3 * step, single=True)
-    with stepping(f"contouring at {step:.3g} mm"):
-        fit = volume_fit(design, step, asked)
-        raw = contour(field, contour_grid(design.domain, step), fit=fit)
-    require_volume(raw.volume_error, asked, step)
-    vertices, faces = raw.vertices, _internal(raw.vertices, raw.near, untrimmed.domain, step)
+    raw, field = lattice_contour(design, part, step, asked, keep_outer=True)
+    domain = grown(design.domain, OVERHANG * step)
+    vertices, faces = raw.vertices, _internal(raw.vertices, raw.near, domain, step)
     del raw
     if len(faces):
         report_step("inner edges of skins")
-        vertices, faces = with_skin_edges(vertices, faces, untrimmed.domain, field, step)
+        vertices, faces = with_skin_edges(vertices, faces, domain, field, step)
     report_step("collapsing short edges")
     internal = used_only(vertices, without_short_edges(vertices, faces, SHORTEST * step))
     surface = appended(part, internal)

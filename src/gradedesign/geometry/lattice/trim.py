@@ -3,42 +3,31 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation
 
 from gradedesign.arrays import BoolArray, Field, FloatArray
 from gradedesign.common.system.progress import report_step, stepping
-from gradedesign.geometry.contour import _side_kernels as kernels
-from gradedesign.geometry.contour.resolution import Resolution, require_volume
-from gradedesign.geometry.contour.sample import Shape
+from gradedesign.geometry.contour.resolution import Resolution
 from gradedesign.geometry.contour.skin_edges import divided_skin_edges, moved_onto_skins
 from gradedesign.geometry.contour.surface import (
-    BoxedGrid,
     Contour,
-    boxed_grid,
-    contour,
     extract_surface,
     require_closed,
 )
-from gradedesign.geometry.contour.true_volume import VolumeFit
 from gradedesign.geometry.lattice.component import SolidLayer
 from gradedesign.geometry.lattice.domain import DesignDomain, grown
-from gradedesign.geometry.lattice.lattice import LatticeDesign, uncut_field
+from gradedesign.geometry.lattice.lattice import LatticeDesign
+from gradedesign.geometry.lattice.lattice_contour import OVERHANG, lattice_contour
 from gradedesign.geometry.lattice.solid_layers import solid_layers
 from gradedesign.geometry.triangles.boolean import cut_capped, intersection
 from gradedesign.geometry.triangles.crossings import TOUCHING, crossing_triangles
-from gradedesign.geometry.triangles.grid_classifier import mark_near, marked_inside
 from gradedesign.geometry.triangles.short_edges import used_only, without_short_edges
-from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh, corner_points
+from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
 log = logging.getLogger(__name__)
 
-#: The lattice is contoured this many grid steps beyond the part before it is cut. Chosen, not
-#: measured.
-OVERHANG = 2.0
 #: Rounds in which inner edges of skins are left as contoured where triangles cross. Chosen, not
 #: measured.
 ROUNDS = 4
@@ -72,21 +61,14 @@ def trimmed_surface(
     ``step``, mm: grid of the contour. ``asked``: how much the volume of a cell may be off; whatever
     it is without.
     """
-    untrimmed = replace(design, domain=grown(design.domain, OVERHANG * step))
-    field = uncut_field(untrimmed, band=3 * step, single=True)
-    grid = contour_grid(design.domain, step)
-    with stepping(f"contouring at {step:.3g} mm"):
-        sides = cube_sides(part, grid.origin, grid.shape, step)
-        wanted = where_wanted(field, sides, grid.origin, step)
-        raw = contour(wanted, grid, sides=sides, fit=volume_fit(design, step, asked))
-        del sides
-    require_volume(raw.volume_error, asked, step)
+    raw, field = lattice_contour(design, part, step, asked)
+    domain = grown(design.domain, OVERHANG * step)
     with stepping(f"cutting {len(raw.near)} of {raw.count} triangles with the part"):
         vertices, faces = _cut(raw, part)
         del raw  # the triangles once more
-        if design.domain.closed:
+        if domain.closed:
             report_step("inner edges of skins")
-            vertices, faces = with_skin_edges(vertices, faces, untrimmed.domain, field, step)
+            vertices, faces = with_skin_edges(vertices, faces, domain, field, step)
         report_step("collapsing short edges")
         trimmed = used_only(vertices, without_short_edges(vertices, faces, SHORTEST * step))
     require_closed(trimmed)
@@ -115,34 +97,6 @@ def solid_surface(domain: DesignDomain, part: SurfaceMesh, step: float) -> Surfa
     trimmed = intersection(raw, part, subject="solid regions", shortest=SHORTEST * step)
     require_closed(trimmed)
     return trimmed
-
-
-def volume_fit(design: LatticeDesign, step: float, asked: Resolution | None) -> VolumeFit:
-    """How vertices of a lattice are placed by volume; vertices on solid layers stay there.
-
-    ``step`` is the grid, mm, of a contour that goes beyond the part by the overhang.
-    """
-    part, layers = solid_layers(grown(design.domain, OVERHANG * step), 3 * step)
-
-    def solids(points: FloatArray) -> FloatArray:
-        distance = part(points)
-        return np.asarray(np.minimum.reduce([layer(points, distance) for layer in layers]))
-
-    domain = design.domain
-    return VolumeFit(
-        lower=domain.lower,
-        upper=domain.upper,
-        # Without cells it is the volume of the body that counts, not that of slivers of members.
-        cell=design.cell_size if domain.has_cells else float((domain.upper - domain.lower).max()),
-        solids=solids if layers else None,
-        memory=np.inf if asked is None else asked.memory,
-    )
-
-
-def contour_grid(domain: DesignDomain, step: float) -> BoxedGrid:
-    """Grid on which `trimmed_surface` contours a lattice."""
-    beyond = (OVERHANG + 1.0) * step
-    return boxed_grid(domain.lower - beyond, domain.upper + beyond, step)
 
 
 def with_skin_edges(
@@ -232,51 +186,3 @@ def _cut(raw: Contour, part: SurfaceMesh) -> tuple[FloatArray, NDArray[np.int32]
     number = np.where(cut.source >= 0, cut.source, len(raw.vertices) + np.arange(len(cut.source)))
     vertices = np.concatenate([raw.vertices, cut.vertices])
     return vertices, np.concatenate([raw.deep, number[cut.faces].astype(np.int32)])
-
-
-#: Cubes that come this near to the part's surface count as near, in grid spacings. Chosen, not
-#: measured.
-CLEARANCE = 0.1
-
-
-def cube_sides(part: SurfaceMesh, origin: FloatArray, shape: Shape, h: float) -> NDArray[np.uint8]:
-    """Where every cube of a grid lies: `NEAR`, `DEEP`, `BESIDE` or `BEYOND` of `_side_kernels`.
-
-    Near are the cubes that a triangle of the part comes to, by separating axes. Of the
-    others their middles tell the side. Cubes that would touch another one along an edge only, near
-    ones between, count as near too, so that the border of the near ones is a manifold along its
-    edges.
-
-    Returns (a, b, c) uint8 array: deep cubes lie inside, those beside and beyond outside, all of
-    them farther than `CLEARANCE` spacings from the surface; those beside touch a near one.
-
-    - ``part``: closed
-    - ``origin (3,)``, mm: first node of the grid
-    - ``shape``: number of nodes
-    - ``h``, mm: spacing
-    """
-    corners = (corner_points(part) - origin) / h
-    cubes = tuple(n - 1 for n in shape)
-    sides = marked_inside(corners - 0.5, cubes, kernels.DEEP, kernels.BEYOND)
-    mark_near(corners, CLEARANCE, kernels.NEAR, sides)
-    while kernels.take_out_edges(sides):
-        pass
-    around_near = binary_dilation(sides == kernels.NEAR, np.ones((3, 3, 3)))
-    sides[around_near & (sides == kernels.BEYOND)] = kernels.BESIDE
-    return sides
-
-
-def where_wanted(field: Field, sides: NDArray[np.uint8], origin: FloatArray, h: float) -> Field:
-    """The field at points that touch a cube not beyond the part, and ``h`` elsewhere."""
-
-    def wanted(points: FloatArray) -> FloatArray:
-        flat = np.ascontiguousarray(np.asarray(points, dtype=np.float64).reshape(3, -1))
-        near = kernels.touching(sides, flat, origin, h)
-        if near.all():
-            return field(points)
-        values = np.full(flat.shape[1], h)
-        if near.any():
-            values[near] = field(flat[:, near])
-        return values.reshape(np.shape(points)[1:])
-
-    return wanted
