@@ -11,6 +11,10 @@ from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.mechanics.material.power_law import power_law
 from gradedesign.mechanics.material.scaling_law import LawOrigin
+from gradedesign.mechanics.material.void_law import VOID_LAW
+from gradedesign.mechanics.sizing import stored_sizing
+from gradedesign.mechanics.sizing.size import size
+from gradedesign.mechanics.sizing.size_members import STAGES
 from gradedesign.program.host.registry import build_registry
 
 #: A bar in tension, so that solid displacement and stress follow from F, A, L and E.
@@ -81,6 +85,25 @@ def test_constant_densities_invert_the_law(cli, tmp_path):
     sized = found["sized"]
     assert 0.2 * 17.28 <= sized["mass_g"] <= found["constant_mass_g"] * 1.02
     assert sized["mean_density"] == pytest.approx(sized["mass_g"] / 17.28)
+
+
+def test_the_body_that_is_asked_for_is_sized_once(cli, tmp_path, monkeypatch):
+    """Its price takes what the check has sized: shares at each sharpness of its stages once."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    sharpness = []
+
+    def counted(problem, **told):
+        if problem.members is not None and problem.model.law.laws[0] is not VOID_LAW:
+            sharpness.append(problem.members.sharpness)
+        return size(problem, **told)
+
+    monkeypatch.setattr(stored_sizing, "size", counted)
+    text = CASE.format(force=300, size_effects="false").replace('phases = ["lattice"]\n', "")
+    (tmp_path / "case.toml").write_text(text)
+    ended = cli("check", tmp_path, "--estimate", "--no-picture", "--json")
+    bodies = json.loads(ended.out)["first_answer"]["bodies"]
+    assert [b["name"] for b in bodies if b["asked"]] == ["lattice and solid"]
+    assert sharpness == [stage[1] for stage in STAGES]
 
 
 def test_other_bodies_at_the_same_limits_have_their_price(cli, tmp_path):

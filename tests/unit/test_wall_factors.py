@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from gradedesign.errors import DensityError
 from gradedesign.mechanics.fe.collapsed_rule import collapsed_rule
+from gradedesign.mechanics.fe.stiffness import pair_products
 from gradedesign.mechanics.sizing.wall_factors import WallFactors, _parts, wall_class
 
 RATIO = st.floats(0.1, 2.6)
@@ -79,38 +80,44 @@ def some_walls(tets=40, seed=3):
     )
 
 
+def random_stiffness(tets=40, seed=5):
+    """Symmetric matrices of the periodic lattice and their derivatives, ``(6, 6, M)``."""
+    both = np.random.default_rng(seed).uniform(0.5, 1.5, (2, 6, 6, tets))
+    return both + both.transpose(0, 2, 1, 3)
+
+
 def test_slopes_are_those_of_the_values():
     walls = some_walls()
     rho = np.random.default_rng(4).uniform(0.21, 0.39, 40)
     step = 1e-6
-    moments, slope = walls.moments_with_slope(rho)
-    np.testing.assert_array_equal(moments, walls.moments(rho))
-    rise = (walls.moments(rho + step) - walls.moments(rho - step)) / (2 * step)
-    np.testing.assert_allclose(slope, rise, rtol=1e-5, atol=1e-7)
-    assert np.abs(slope).max() > 0.01
+    C, slope = random_stiffness()
+    found = walls.stiffness_slope(C, slope, rho)
+    above, below = (walls.stiffness(C + d * slope, rho + d) for d in (step, -step))
+    np.testing.assert_allclose(found, (above - below) / (2 * step), rtol=1e-5, atol=1e-7)
     rise = (walls.solid(rho + step) - walls.solid(rho - step)) / (2 * step)
     np.testing.assert_allclose(walls.solid_slope(rho), rise, rtol=1e-5, atol=1e-7)
 
 
 def test_moments_are_those_of_the_profiles_at_the_points():
-    # One wall across x, point by point as the class says it.
+    """Walls across none to three axes, point by point as their classes say it."""
     walls = some_walls()
-    (tets,) = np.nonzero((walls.kind[0] == 0) & (walls.kind[1:] < 0).all(axis=0))
-    tet = tets[0]
-    wall = walls.classes[0]
-    rho = np.full(40, walls.density[1])
-    expected = np.zeros((6, 6, 10))
-    pairs = [(s, t) for s in range(4) for t in range(s, 4)]
-    for q, weight in enumerate(walls.weights):
-        z = walls.height[0, q, tet]
-        square = np.ones(6)
-        # In its plane yy, zz and yz, across it xy and xz.
-        square[[1, 2, 3]] = [profile(wall, 1, entry, z) for entry in range(3)]
-        square[[5, 4]] = wall.shear[1]
-        D = np.sqrt(square)
-        for k, (s, t) in enumerate(pairs):
-            expected[:, :, k] += weight * walls.points[q, s] * walls.points[q, t] * np.outer(D, D)
-    np.testing.assert_allclose(walls.moments(rho)[:, :, :, tet], expected, rtol=1e-12)
+    rho, (C, _) = np.full(40, walls.density[1]), random_stiffness()
+    square = np.ones((6, walls.weights.size, 40))
+    # In the plane of a wall, and across it.
+    rows = [((1, 2, 3), (5, 4)), ((2, 0, 4), (3, 5)), ((0, 1, 5), (4, 3))]
+    for axis, (inside, across) in enumerate(rows):
+        for number, wall in enumerate(walls.classes):
+            tets = np.flatnonzero(walls.kind[axis] == number)
+            z = walls.height[axis][:, tets]
+            for entry, row in enumerate(inside):
+                square[row][:, tets] *= profile(wall, 1, entry, z)
+            for entry, row in enumerate(across):
+                square[row][:, tets] *= wall.shear[1, entry]
+    D = np.sqrt(square)
+    turn = pair_products(walls.points, walls.weights)
+    expected = np.einsum("pq,iqm,ijm,jqm->ijpm", turn, D, C, D)
+    np.testing.assert_allclose(walls.stiffness(C, rho), expected, rtol=1e-12)
+    assert {0, 1, 2, 3} == set((walls.kind >= 0).sum(axis=0))
 
 
 def test_where_there_is_no_wall_nothing_changes():
@@ -120,11 +127,11 @@ def test_where_there_is_no_wall_nothing_changes():
     rho = np.full(40, 0.3)
     # Means of the products of two coordinates: 1/10 of a square, 1/20 of two (Dirichlet).
     one = np.array([0.1 if s == t else 0.05 for s in range(4) for t in range(s, 4)])
-    moments = walls.moments(rho) / one[:, None]
+    moments = walls.stiffness(np.ones((6, 6, 40)), rho) / one[:, None]
     np.testing.assert_allclose(moments[:, :, :, none], 1.0, rtol=1e-12)
     assert np.abs(moments[:, :, :, ~none] - 1).max() > 0.05
 
 
 def test_beyond_the_known_densities_is_an_error():
     with pytest.raises(DensityError, match=r"0\.1 to 0\.4, but were asked for 0\.5"):
-        some_walls().moments(np.full(40, 0.5))
+        some_walls().stiffness(np.ones((6, 6, 40)), np.full(40, 0.5))

@@ -92,7 +92,7 @@ def first_answer(model: DesignModel) -> FirstAnswer:
         return answer
     model = with_size_effects(oriented(model))
     report_step("sizing")
-    settings = SizingPlan(most_iterations=SIZING_ITERATIONS, target=1.0)
+    settings = SizingPlan(most_iterations=SIZING_ITERATIONS)
     sized = size_design(model, Correction(), {}, design_filter(model), settings)
     part = with_design(model, sized.rho, sized.members).homogenised
     weights = part.lattice_volumes

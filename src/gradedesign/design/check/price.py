@@ -117,11 +117,13 @@ def price_of_lattice(
         report_step(f"sizing: {name}")
         try:
             other = model if name != _VOID_BODY else void
-            lattice = case.lattice.model_copy(update=keys)
-            lattice = with_member_size(lattice, case.part, case.print, case.where)
-            case_of_it = case.model_copy(update={"lattice": lattice})
-            other = replace(other, plan=replace(plan, case=case_of_it))
-            settings = SizingPlan(most_iterations=SIZING_ITERATIONS, target=1.0, bodies=False)
+            # The loop began with the same sizing of the body that is asked for: it is stored.
+            if not asked:
+                lattice = case.lattice.model_copy(update=keys)
+                lattice = with_member_size(lattice, case.part, case.print, case.where)
+                case_of_it = case.model_copy(update={"lattice": lattice})
+                other = replace(other, plan=replace(plan, case=case_of_it))
+            settings = SizingPlan(most_iterations=SIZING_ITERATIONS, bodies=False)
             sized = size_design(other, Correction(), {}, design_filter(other), settings)
         except GradeDesignError as error:
             bodies.append(_none(name, str(error), asked=asked))

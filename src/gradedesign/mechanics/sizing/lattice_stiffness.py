@@ -60,7 +60,7 @@ def lattice_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     if model.walls is None:
         return cell_stiffness(model, rho)
     whole = _scale(model, rho) * _law_stiffness(model, effective_density(model, rho))
-    return _rotated(model, whole[:, :, None] * model.walls.moments(rho))
+    return _rotated(model, model.walls.stiffness(whole, rho))
 
 
 def lattice_stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
@@ -69,9 +69,8 @@ def lattice_stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> Fl
     slope = scale * _relative_slope(model, rho)
     if model.walls is None:
         return _rotated(model, slope)
-    moments, grown = model.walls.moments_with_slope(rho)
     whole = scale * _law_stiffness(model, effective_density(model, rho))
-    return _rotated(model, slope[:, :, None] * moments + whole[:, :, None] * grown)
+    return _rotated(model, model.walls.stiffness_slope(whole, slope, rho))
 
 
 def as_stiffness(C: FloatArray) -> Stiffness:
@@ -225,4 +224,4 @@ def _rotated(model: HomogenisedModel, relative: FloatArray) -> FloatArray:
         return np.einsum("ajqm,bjqm->abqm", half, bond)
     if np.array_equal(bond, np.eye(6)):
         return relative
-    return np.einsum("ai,ij...,bj->ab...", bond, relative, bond)
+    return np.einsum("ai,ij...,bj->ab...", bond, relative, bond, optimize=True)

@@ -13,9 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.arrays import VOIGT, FloatArray, IntArray, locked
+from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.errors import DensityError
-from gradedesign.mechanics.fe.stiffness import UPPER, pair_products
+from gradedesign.mechanics.fe.stiffness import pair_products
+from gradedesign.mechanics.sizing._wall_kernels import wall_moments
 
 #: Exponents of profiles, the least one that reaches the asked second moment is taken: outward
 #: ``|z|^p`` raises it to ``3 (p + 1) / (p + 3)``, inward ``(1 - z^2)^p`` lowers it to
@@ -127,27 +129,31 @@ class WallFactors:
         if np.abs(self.height).max(initial=0.0) > 1:
             raise ValueError("heights lie between the faces of a wall, from -1 to 1")
 
-    def moments(self, rho: FloatArray) -> FloatArray:
-        """Moments of ``D_i D_j`` in cell axes at densities ``(M,)``, ``(6, 6, 10, M)``.
+    def stiffness(self, C: FloatArray, rho: FloatArray) -> FloatArray:
+        """Moments of ``D C D`` in cell axes, ``(6, 6, 10, M)``, at densities ``(M,)``.
 
-        As in `gradedesign.mechanics.fe.stiffness.MomentStiffness`.
+        ``C (6, 6, M)``: of the periodic lattice. As in
+        `gradedesign.mechanics.fe.stiffness.MomentStiffness`.
         """
-        D = np.sqrt(self._products(rho)[0])
-        return self._moments(D, D)
+        return self._moments(C, np.zeros((6, 6, 0)), rho)
 
-    def moments_with_slope(self, rho: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """`moments` and their derivatives by density."""
-        square, relative = self._products(rho)
-        D = np.sqrt(square)
-        return self._moments(D, D), self._moments(D, relative * D)
+    def stiffness_slope(self, C: FloatArray, slope: FloatArray, rho: FloatArray) -> FloatArray:
+        """Derivative of `stiffness` by density, where that of ``C`` is ``slope``."""
+        return self._moments(C, slope, rho)
 
-    def _moments(self, first: FloatArray, second: FloatArray) -> FloatArray:
-        """Moments of the mean of ``first_i second_j`` and ``first_j second_i``."""
+    def _moments(self, C: FloatArray, slope: FloatArray, rho: FloatArray) -> FloatArray:
+        ratio, rise = np.zeros((2, 3, 11, rho.size))
+        exponent = np.zeros(self.kind.shape, dtype=np.int64)
+        for axis, tets, wall in self._walls():
+            rows = np.concatenate([wall.mean, wall.outward, wall.inward, wall.shear], axis=1)
+            ratio[axis][:, tets], rise[axis][:, tets] = self._between(rows, rho[tets])
+            exponent[axis, tets] = wall.exponent
         turn = pair_products(self.points, self.weights)
-        moments = np.zeros((6, 6, len(turn), first.shape[2]))
-        for i, j in zip(*UPPER, strict=True):
-            values = 0.5 * (first[i] * second[j] + first[j] * second[i])
-            moments[i, j] = moments[j, i] = turn @ values
+        moments = np.zeros((6, 6, len(turn), rho.size))
+        in_ranges(
+            wall_moments, range(rho.size), exponent, self.height, ratio, rise, turn, C, slope,
+            moments,
+        )  # fmt: skip
         return moments
 
     def solid(self, rho: FloatArray) -> FloatArray:
@@ -167,27 +173,6 @@ class WallFactors:
             value[tets] *= at[0]
             relative[tets] += slope[0] / at[0]
         return value, relative
-
-    def _products(self, rho: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Square of the diagonal of D, ``(6, q, M)``, and the derivative of its logarithm."""
-        factor = np.ones((6, self.weights.size, rho.size))
-        relative = np.zeros_like(factor)
-        for axis, tets, wall in self._walls():
-            i, j = (axis + 1) % 3, (axis + 2) % 3
-            far, near = _parts(self.height[axis][:, tets], wall.exponent)
-            mean, mean_slope = self._between(wall.mean, rho[tets])
-            out, out_slope = self._between(wall.outward, rho[tets])
-            into, into_slope = self._between(wall.inward, rho[tets])
-            for c, row in enumerate((i, j, VOIGT[i, j])):
-                value = mean[c] + out[c] * (far - 1) + into[c] * (near - 1)
-                slope = mean_slope[c] + out_slope[c] * (far - 1) + into_slope[c] * (near - 1)
-                factor[row][:, tets] *= value
-                relative[row][:, tets] += slope / value
-            shear, shear_slope = self._between(wall.shear, rho[tets])
-            for c, row in enumerate((VOIGT[i, axis], VOIGT[j, axis])):
-                factor[row][:, tets] *= shear[c]
-                relative[row][:, tets] += shear_slope[c] / shear[c]
-        return factor, relative
 
     def _walls(self) -> list[tuple[int, IntArray, WallClass]]:
         """Axis, tetrahedra and class of every wall."""
