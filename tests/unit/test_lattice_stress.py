@@ -10,7 +10,6 @@ from gradedesign.geometry.part.part_mesh import box_part_mesh
 from gradedesign.geometry.tets.tet_mesh import boundary_facets
 from gradedesign.mechanics.fe.load_case import PartLoadCase
 from gradedesign.mechanics.fe.loads import traction_force
-from gradedesign.mechanics.fe.solution import Balance, Solution
 from gradedesign.mechanics.fe.space import tet_space
 from gradedesign.mechanics.fe.supports import supports_on
 from gradedesign.mechanics.limits.key import LimitKey
@@ -85,21 +84,8 @@ def model_of(law, rotation=None, traction=(0.5, 0.0, 0.0)):
 
 
 def strained(model, strain):
-    """The solution whose displacement is a uniform strain."""
-    u = strain @ model.space.nodes
-    balance = Balance(force=0.0, moment=0.0, energy=0.0)
-    return [
-        Solution(
-            name="load",
-            displacement=u,
-            reaction=np.zeros_like(u),
-            energy=0.0,
-            residual=0.0,
-            iterations=0,
-            method="stated",
-            balance=balance,
-        )
-    ]
+    """The displacement of a uniform strain, by its load case."""
+    return {"load": strain @ model.space.nodes}
 
 
 def local(model, strain, rho):
@@ -172,7 +158,7 @@ def measured(limit, model, rho, cases):
     loads = tuple(replace(model.cases[0], name=name) for name in names)
     state = SolvedState(
         model=replace(model, cases=loads), rho=rho, share=None,
-            lattice_alone=model, solutions={},
+            lattice_alone=model, displacements={},
         stress=dict(zip(names, cases, strict=True)),
     )  # fmt: skip
     return limit.predict(state).value

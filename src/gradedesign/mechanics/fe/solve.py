@@ -93,7 +93,7 @@ def solve_cases(
 def solve_roughly(
     system: ElasticSystem, cases: Sequence[LoadVector], *, rtol: float
 ) -> list[FloatArray]:
-    """Displacements ``(3, N)`` under forces, supports at rest, to a residual alone.
+    """Displacements ``(3, N)`` to a residual alone, without balance.
 
     For loads of which nothing but the displacements is asked, and these to some digits, such as
     those of adjoint problems. What does not reach ten times the residual goes through
@@ -108,15 +108,16 @@ def solve_roughly(
     for key, members in _equal_supports(cases).items():
         fixed = cases[members[0]].supports.fixed
         free = ~fixed.T.ravel()
-        right = np.stack([free * np.ascontiguousarray(cases[k].force.T).ravel() for k in members])
+        right = np.stack([free * right_hand_side(system.matrix, cases[k]) for k in members])
         solver = _for_size(system.solver, int(np.count_nonzero(free)))
         start = galerkin_start(system.matrix, free, right, system.earlier)
         with stepping(f"solving {', '.join(dict.fromkeys(cases[k].name for k in members))}"):
             answer = _prepared(system, solver, key, fixed)(right, start, rtol)
         _require_answer(solver, answer, right.shape)
         for k, x, force in zip(members, answer.x, right, strict=True):
-            found[k] = np.ascontiguousarray(x.reshape(-1, 3).T)
-            left = force - free * matvec(system.matrix, found[k]).T.ravel()
+            moved = np.ascontiguousarray(x.reshape(-1, 3).T)
+            left = force - free * matvec(system.matrix, moved).T.ravel()
+            found[k] = moved + cases[k].supports.value
             if not np.linalg.norm(left) <= _STALLED * rtol * np.linalg.norm(force):
                 found[k] = solve_cases(system, [cases[k]], rtol=ACCEPTED)[0].displacement
     return [found[k] for k in range(len(cases))]

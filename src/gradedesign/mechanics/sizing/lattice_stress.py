@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from gradedesign.arrays import VOIGT_COUNTS, VOIGT_PLACES, FloatArray, locked
 from gradedesign.mechanics.fe.load_case import PartLoadCase
-from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.stiffness import Stiffness
 from gradedesign.mechanics.fe.stress import element_stress, element_von_mises
 from gradedesign.mechanics.sizing.homogenised_model import (
@@ -37,29 +36,28 @@ class LatticeStress:
 
 
 def lattice_stress(
-    model: HomogenisedModel, rho: FloatArray, solutions: Sequence[Solution]
+    model: HomogenisedModel, rho: FloatArray, displacements: Mapping[str, FloatArray]
 ) -> tuple[LatticeStress, ...]:
     """Stress of the lattice phase of densities ``(M,)`` in every load case, in their order."""
-    return stress_demand(model, as_stiffness(cell_stiffness(model, rho)), solutions)
+    return stress_demand(model, as_stiffness(cell_stiffness(model, rho)), displacements)
 
 
 def stress_demand(
-    model: HomogenisedModel, stiffness: Stiffness, solutions: Sequence[Solution]
+    model: HomogenisedModel, stiffness: Stiffness, displacements: Mapping[str, FloatArray]
 ) -> tuple[LatticeStress, ...]:
     """Demand on the lattice of the stress in a body of any stiffness on the same tetrahedra.
 
     ``model``: its laws, cell axes and load cases. ``stiffness``: of the body: of the lattice, or of
-    the fully solid part. ``solutions``: of that body in every load case.
+    the fully solid part. ``displacements``: of that body by load case, each ``(3, N)``, mm.
 
     Returns
     -------
     tuple of LatticeStress
         One per load case, in their order.
     """
-    by_name = {s.name: s for s in solutions}
     stresses = []
     for case in model.cases:
-        displacement = by_name[case.name].displacement
+        displacement = displacements[case.name]
         strain = model.material.thermal_expansion * case.temperature_change
         turned = stress_in_cells(model, stiffness, case, displacement)
         buckling = model.law.buckling_profile(turned / model.material.youngs_modulus)

@@ -11,17 +11,16 @@ from gradedesign.arrays import FloatArray
 from gradedesign.geometry.tets.tet_mesh import centroids, signed_volumes
 from gradedesign.mechanics.fe.elastic_system import ElasticSystem
 from gradedesign.mechanics.fe.load_case import PartLoadCase, mechanical_force
-from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.space import TetSpace
 from gradedesign.mechanics.limits.limit import Limit
 from gradedesign.mechanics.material.law_field import LawField
 from gradedesign.mechanics.sizing.homogenised import (
+    homogenised_displacements,
     homogenised_modes,
     homogenised_system,
     mass_density,
     mass_slope,
     solid_held,
-    solve_homogenised,
 )
 from gradedesign.mechanics.sizing.homogenised_model import (
     HomogenisedModel,
@@ -59,7 +58,7 @@ class SolvedState:
     #: members.
     share: FloatArray | None
     lattice_alone: HomogenisedModel  #: The model without these members.
-    solutions: dict[str, Solution]  #: By load case.
+    displacements: dict[str, FloatArray]  #: By load case, each ``(3, N)``, mm.
     stress: dict[str, LatticeStress]  #: By load case. Empty unless a limit needs it.
     #: By load case. Of those whose modes a limit asks for.
     natural_modes: dict[str, Modes] = field(default_factory=dict)
@@ -97,7 +96,7 @@ class SolvedState:
 
     def displacement(self, load_case: str) -> FloatArray:
         """Nodal displacements, ``(3, N)``, mm."""
-        return self.solutions[load_case].displacement
+        return self.displacements[load_case]
 
     def modes(self, load_case: str) -> Modes:
         """Lowest modes about the supports of a load case."""
@@ -208,6 +207,7 @@ def solved_state(
     *,
     share: FloatArray | None = None,
     lattice_alone: HomogenisedModel | None = None,
+    rtol: float | None = None,
 ) -> SolvedState:
     """Solve every load case for densities ``(M,)``, with the stress if a limit needs it.
 
@@ -219,20 +219,21 @@ def solved_state(
         Of these densities by `homogenised_system`, where it is at hand.
     share, lattice_alone
         As in `SolvedState`, where the members are variables.
+    rtol : float, optional
+        As for `homogenised_displacements`.
     """
     system = system or homogenised_system(model, rho)
-    solutions = solve_homogenised(model, rho, system)
+    displacements = homogenised_displacements(model, rho, system, rtol)
     stress: Mapping[str, LatticeStress] = {}
     if any(limit.needs_stress for limit in limits):
-        stresses = lattice_stress(model, rho, solutions)
+        stresses = lattice_stress(model, rho, displacements)
         stress = {case.name: value for case, value in zip(model.cases, stresses, strict=True)}
-    displacements = {s.name: s.displacement for s in solutions}
     return SolvedState(
         model=model,
         rho=rho,
         share=share,
         lattice_alone=model if lattice_alone is None else lattice_alone,
-        solutions={s.name: s for s in solutions},
+        displacements=displacements,
         stress=dict(stress),
         natural_modes={
             name: homogenised_modes(model, rho, system, name, number + _BEYOND)

@@ -101,7 +101,7 @@ def solid_demand(problem: SizingProblem, solid: Sequence[Solution]) -> tuple[Lat
     model = problem.model
     modulus = np.full(model.space.element_count, model.material.youngs_modulus)
     stiffness = IsotropicStiffness(E=modulus, nu=model.material.poissons_ratio)
-    return stress_demand(model, stiffness, solid)
+    return stress_demand(model, stiffness, {s.name: s.displacement for s in solid})
 
 
 def mapped_density(
