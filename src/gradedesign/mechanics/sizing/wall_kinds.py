@@ -21,6 +21,9 @@ from gradedesign.mechanics.fe.stress import weighted_percentile
 _NEIGHBOURHOOD = 0.5
 #: Tetrahedra there, about as many at most. Chosen, not measured.
 _MOST_NEIGHBOURS = 500
+#: Tetrahedra whose neighbours are looked up at a time. Bounds the memory of one step; the result
+#: does not depend on it. Chosen, not measured.
+_BATCH = 4096
 #: Walls whose faces lie within this many cells of each other's are one kind: the first by default.
 #: An angle block had 31 kinds and 2.2 million voxels with the first, 12 and 0.77 million with 0.2.
 ALIKE = (0.05, 0.1, 0.2, 0.4)
@@ -103,18 +106,19 @@ def _settled(
         # Of a mesh much finer than the cells, evenly left out.
         ball = walls.size * 4.2 * (_NEIGHBOURHOOD * edge) ** 3 / volumes[inside_tets[walls]].sum()
         walls = walls[:: max(int(ball / _MOST_NEIGHBOURS), 1)]
-        tree = cKDTree(points[:, inside_tets[walls]].T)
-        thick = ends[1, k] - ends[0, k]
-        for tet in tets:
-            some = tree.query_ball_point(points[:, tet], _NEIGHBOURHOOD * edge)
-            if not some:
-                continue
-            here = walls[np.sort(some)]
-            order = here[np.argsort(thick[here], kind="stable")]
-            total = np.cumsum(volumes[inside_tets[order]])
-            chosen = order[np.searchsorted(total, 0.5 * total[-1])]
-            faces[:, k, tet] = ends[:, k, chosen]
-            has_wall[k, tet] = True
+        walls = walls[np.argsort((ends[1, k] - ends[0, k])[walls], kind="stable")]
+        tree, held = cKDTree(points[:, inside_tets[walls]].T), volumes[inside_tets[walls]]
+        for batch in np.array_split(tets, tets.size // _BATCH + 1):
+            near = tree.query_ball_point(
+                points[:, batch].T, _NEIGHBOURHOOD * edge, return_sorted=True
+            )
+            for tet, some in zip(batch, near, strict=True):
+                if not some:
+                    continue
+                total = np.cumsum(held[some])
+                chosen = walls[some[np.searchsorted(total, 0.5 * total[-1])]]
+                faces[:, k, tet] = ends[:, k, chosen]
+                has_wall[k, tet] = True
     return faces, has_wall
 
 
