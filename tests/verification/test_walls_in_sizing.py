@@ -35,7 +35,7 @@ from gradedesign.mechanics.sizing.lattice_stiffness import (
 from gradedesign.mechanics.sizing.responses import response_gradients, solve_adjoints
 from gradedesign.mechanics.sizing.state import solved_state
 from gradedesign.mechanics.sizing.wall_cells import wall_factors, wall_material
-from gradedesign.mechanics.sizing.wall_kinds import wall_kinds
+from gradedesign.mechanics.sizing.wall_kinds import wall_faces, wall_kinds
 from gradedesign.program.host.registry import build_registry
 
 CELL = 22.0
@@ -72,17 +72,17 @@ def plate(registry, passive=(), on_wall=str, unknown=False, **lattice):
     )
     surface = box_surface(SIZE)
     stated = {"edges": CELL, "rotation": (0.0,) * 3, "origin": (1.0, 1.0, 1.0), **lattice}
+    cell_map = uniform_map(stated["edges"], stated["origin"], turned_axes(stated["rotation"]))
+    domain = DesignDomain(
+        distance=surface_distance(surface), lower=np.zeros(3), upper=SIZE, components=passive
+    )
+    every = np.ones(space.element_count, dtype=bool)
     walls, warnings = wall_factors(
-        uniform_map(stated["edges"], stated["origin"], turned_axes(stated["rotation"])),
-        SimpleNamespace(surface=surface),
-        DesignDomain(
-            distance=surface_distance(surface), lower=np.zeros(3), upper=SIZE, components=passive
-        ),
-        mesh,
-        np.ones(space.element_count, dtype=bool),
+        cell_map, mesh, every,
+        wall_faces(cell_map, SimpleNamespace(surface=surface), domain, mesh, every),
         wall_material(calibrate(registry.cell_families["sc"]), (0.29, 0.31), 0.3),
         on_wall,
-    )
+    )  # fmt: skip
     assert bool(warnings) == unknown, warnings
     return replace(model, walls=walls)
 

@@ -6,11 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from gradedesign.arrays import BoolArray, FloatArray
+from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import Event, Listener, ignore, report_step
 from gradedesign.design.case.schema import Case
 from gradedesign.design.resolve.design_model import DesignModel
-from gradedesign.design.resolve.plan import Plan
 from gradedesign.design.resolve.thin_walls import median_thickness
 from gradedesign.design.resolve.zones import zone_lattice
 from gradedesign.errors import ResourceError
@@ -18,12 +17,9 @@ from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.lattice.cell_layout import CellLayout
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
-from gradedesign.geometry.maps.cell_map import CellMap
 from gradedesign.geometry.part.part import Part
-from gradedesign.geometry.tets.tet_mesh import TetMesh
 from gradedesign.mechanics.limits.cell_buckling import KIND as BUCKLING
 from gradedesign.mechanics.sizing.density_beside_solids import density_beside_solids
-from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 from gradedesign.mechanics.sizing.wall_cells import (
     RESOLUTIONS,
     wall_factors,
@@ -124,15 +120,19 @@ def with_size_effects(model: DesignModel, on_event: Listener = ignore) -> Design
     low = cells.bounds[0]
     reason = why_periodic(case, cells.law.kind, cells.cell, low, part, domain, layout)
     warnings = periodic_warnings(case.lattice, part, layout, reason)
-    if not reason:
+    mesh, latticed = homogenised.space.mesh, homogenised.solid_fraction < 1
+    judged = any(limit.key.kind == BUCKLING.name for limit in model.limits)
+    cut = judged and case.lattice.size_effects and not domain.ties_faces
+    faces = None
+    if _straight(case.lattice) and (cut or not reason):
         report_step("walls of few cells")
-        mesh = homogenised.space.mesh
+        faces = wall_faces(layout.cell_map, part, domain, mesh, latticed)
+    if faces is not None and not reason:
         walls, warnings = wall_factors(
             layout.cell_map,
-            part,
-            plan.domain,
             mesh,
-            homogenised.solid_fraction < 1,
+            latticed,
+            faces,
             wall_material(cells.cell, cells.bounds, plan.material.poissons_ratio),
             lambda wall: on_event(
                 Event(stage="walls", message=f"computing {wall}; later runs find it in the cache")
@@ -148,41 +148,24 @@ def with_size_effects(model: DesignModel, on_event: Listener = ignore) -> Design
                     homogenised = replace(homogenised, effective=effective)
             except ResourceError as error:
                 warnings = (*warnings, str(error))
-    judged = any(limit.key.kind == BUCKLING.name for limit in model.limits)
-    if judged and case.lattice.size_effects and not domain.ties_faces:
-        share = __cut_share(plan, layout, homogenised)
-        homogenised = replace(homogenised, cut_share=share)
+    if cut:
+        # Faces of walls are not found along curved or graded cells: all count as one wall.
+        across = np.full(
+            latticed.size,
+            median_thickness(case.lattice.rotation, part, layout) / max(case.lattice.size),
+        )
+        if faces is not None:
+            across = np.where(faces[1], faces[0][1] - faces[0][0], np.inf).min(axis=0)
+        homogenised = replace(homogenised, cut_share=_share_between_faces(across))
     for warning in warnings:
         on_event(Event(stage="warning", message=warning))
     return replace(model, homogenised=homogenised, warnings=(*model.warnings, *warnings))
 
 
-def __cut_share(plan: Plan, layout: CellLayout, homogenised: HomogenisedModel) -> FloatArray:
-    """Share of the critical stress that cut cells keep, ``(M,)``."""
-    case, part, lattice = plan.case, plan.part, homogenised.solid_fraction < 1
-    if _straight(case.lattice):
-        mesh = homogenised.space.mesh
-        return _cut_share(layout.cell_map, part, plan.domain, mesh, lattice)
-    # Faces of walls are not found along curved or graded cells: all count as one wall.
-    across = median_thickness(case.lattice.rotation, part, layout) / max(case.lattice.size)
-    return np.full(lattice.size, _share_between_faces(np.asarray(across)))
-
-
-def _cut_share(
-    cell_map: CellMap, part: Part, domain: DesignDomain, mesh: TetMesh, lattice: BoolArray
-) -> FloatArray:
-    """Share of the critical stress that is left between free faces, ``(M,)``.
+def _share_between_faces(across: FloatArray) -> FloatArray:
+    """Share of the critical stress that is left with so many cells between two free faces.
 
     ``N / (N + LOST)`` with N cells across the thinnest wall that a tetrahedron lies in, 1 where it
     lies in none.
-
-    ``cell_map``: straight cells of equal edges. ``lattice (M,)``: tetrahedra that hold lattice.
     """
-    faces, has_wall = wall_faces(cell_map, part, domain, mesh, lattice)
-    across = np.where(has_wall, faces[1] - faces[0], np.inf).min(axis=0)
-    return _share_between_faces(across)
-
-
-def _share_between_faces(across: FloatArray) -> FloatArray:
-    """Share that is left where so many cells lie between two free faces."""
     return np.asarray(1 / (1 + _LOST / across))

@@ -15,15 +15,13 @@ from gradedesign.common.system.progress import counted
 from gradedesign.errors import DensityError, LatticeError, ResourceError, SolverError
 from gradedesign.geometry.cell.cell import Cell
 from gradedesign.geometry.cell.shape import evaluate_shape, grid_nodes
-from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.maps.cell_map import CellMap
-from gradedesign.geometry.part.part import Part
 from gradedesign.geometry.tets.tet_mesh import TetMesh, centroids, signed_volumes
 from gradedesign.mechanics.fe.collapsed_rule import collapsed_rule
 from gradedesign.mechanics.homogenise.sampling import LEAST_VOXELS, voxels_in_wall
 from gradedesign.mechanics.homogenise.wall_ratios import WallRatios, wall_ratios
 from gradedesign.mechanics.sizing.wall_factors import WallClass, WallFactors, wall_class
-from gradedesign.mechanics.sizing.wall_kinds import ALIKE, WallKind, wall_faces, wall_kinds
+from gradedesign.mechanics.sizing.wall_kinds import ALIKE, WallKind, wall_kinds
 
 log = logging.getLogger(__name__)
 
@@ -74,14 +72,13 @@ def wall_material(cell: Cell, bounds: tuple[float, float], poissons_ratio: float
 
 def wall_factors(
     cell_map: CellMap,
-    part: Part,
-    domain: DesignDomain,
     mesh: TetMesh,
     lattice: BoolArray,
+    found: tuple[FloatArray, BoolArray],
     cells: WallMaterial,
     on_wall: Callable[[str], None] = log.info,
 ) -> tuple[WallFactors, tuple[str, ...]]:
-    """Find the walls of a part and homogenise each kind of them.
+    """Homogenise each kind of the walls of a part.
 
     Along each axis of the cells the part reaches from face to face through the centroid of a
     tetrahedron; where both faces are free and lie across the axis, this is a wall. Returns
@@ -90,10 +87,11 @@ def wall_factors(
     sizing may choose.
 
     ``cell_map``: straight cells of equal edges. ``lattice (M,)``: tetrahedra that hold lattice.
+    ``found``: their walls by `wall_faces`.
     ``on_wall``: told of each kind of wall before it is computed; not of those in the user's cache.
     """
     points, weights = collapsed_rule(RULE)
-    faces, axes = wall_faces(cell_map, part, domain, mesh, lattice)
+    faces, axes = found
     volumes = signed_volumes(mesh) * lattice
     kinds, kind = affordable_kinds(faces, axes, volumes, cells)
     classes: list[WallClass] = []
