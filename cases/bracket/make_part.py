@@ -1,13 +1,13 @@
 """Make bracket.stl: an angle bracket with four bolt holes, a filleted corner and a lug.
 
-Run ``python make_part.py`` in this folder; needs manifold3d, which gradedesign installs.
+Run ``python make_part.py`` in this folder; needs what gradedesign installs.
 Lengths in mm. The base lies in z = 0, the upright stands at x = 0, the lug's hole runs along y.
 """
 
-import struct
 from pathlib import Path
 
 import numpy as np
+import trimesh  # noqa: TID253
 from manifold3d import CrossSection, Manifold  # noqa: TID253
 
 # Cells of 22 mm and 1 mm around them: the struts on the faces are a little more than half struts.
@@ -75,21 +75,9 @@ def bracket() -> Manifold:
     return body
 
 
-def write_binary_stl(path: Path, solid: Manifold) -> None:
-    """Write triangles with their normals."""
-    mesh = solid.to_mesh()
-    corners = np.asarray(mesh.vert_properties)[:, :3][np.asarray(mesh.tri_verts)]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.linalg.norm(normals, axis=1)[:, None]
-    record = np.zeros(
-        len(corners), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("spare", "<u2")]
-    )
-    record["normal"], record["corners"] = normals, corners
-    header = b"bracket, mm".ljust(80, b" ")
-    path.write_bytes(header + struct.pack("<I", len(record)) + record.tobytes())
-
-
 if __name__ == "__main__":
     part = bracket()
-    write_binary_stl(Path(__file__).with_name("bracket.stl"), part)
+    mesh = part.to_mesh()
+    surface = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False)
+    surface.export(Path(__file__).with_name("bracket.stl"))
     print(f"{part.num_tri()} triangles, {part.volume():.1f} mm^3, genus {part.genus()}")
