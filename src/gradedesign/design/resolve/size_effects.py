@@ -149,13 +149,12 @@ def with_size_effects(model: DesignModel, on_event: Listener = ignore) -> Design
             except ResourceError as error:
                 warnings = (*warnings, str(error))
     if cut:
-        # Faces of walls are not found along curved or graded cells: all count as one wall.
-        across = np.full(
-            latticed.size,
-            median_thickness(case.lattice.rotation, part, layout) / max(case.lattice.size),
-        )
         if faces is not None:
             across = np.where(faces[1], faces[0][1] - faces[0][0], np.inf).min(axis=0)
+        else:
+            # Faces of walls are not found along curved or graded cells: all count as one wall.
+            thickness = median_thickness(case.lattice.rotation, part, layout)
+            across = np.full(latticed.size, thickness / max(case.lattice.size))
         homogenised = replace(homogenised, cut_share=_share_between_faces(across))
     for warning in warnings:
         on_event(Event(stage="warning", message=warning))

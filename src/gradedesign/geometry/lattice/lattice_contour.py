@@ -82,12 +82,9 @@ def finer_step(
     step = _FINER * missed.step
     while len(missed.worst) == _WORST and step > _LEAST * missed.step:
         with stepping(f"the {_WORST} worst cells at {step:.3g} mm"):
-            error = max(
-                _contour_in(design, part, step, volume_fit(design, step, asked, box), keep_outer)[
-                    0
-                ].volume_errors.max(initial=0.0)
-                for box in missed.worst
-            )
+            fits = [volume_fit(design, step, asked, box) for box in missed.worst]
+            tried = [_contour_in(design, part, step, fit, keep_outer)[0] for fit in fits]
+        error = max(float(raw.volume_errors.max(initial=0.0)) for raw in tried)
         log.info("the worst cells at %.3g mm: %.2g of their solid", step, error)
         if error <= _ENOUGH * asked.within:
             break

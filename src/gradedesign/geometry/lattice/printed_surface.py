@@ -13,10 +13,7 @@ from gradedesign.common.system.progress import report_step
 from gradedesign.errors import LatticeError
 from gradedesign.geometry.contour._surface_kernels import vertex_shells
 from gradedesign.geometry.contour.islands import Islands, remove_islands
-from gradedesign.geometry.contour.resolution import (
-    CoarseContourError,
-    Resolution,
-)
+from gradedesign.geometry.contour.resolution import CoarseContourError, Resolution
 from gradedesign.geometry.contour.surface import require_closed
 from gradedesign.geometry.lattice.domain import DesignDomain, grown
 from gradedesign.geometry.lattice.lattice import LatticeDesign
