@@ -174,11 +174,17 @@ def test_members_are_lighter_than_lattice_alone():
         share = np.clip(0.5 + depth / 2.5, 0.0, 1.0)
         return with_members(with_moments(problem.model), np.tile(share, 4))
 
-    def sized(problem, start, most):
-        return size(problem, start=start, max_iterations=most)
+    insisted = {}
+
+    def sized(problem, start, most, insistence):
+        insisted[problem.members.sharpness] = insistence > 1
+        return size(problem, start=start, max_iterations=most, insistence=insistence)
 
     found = size_members(problem, 3.0, None, sized, bodied)
     assert found.feasible
+    # Shares that become bodies hold their limits; those on the way there need not.
+    assert insisted[64.0]
+    assert not insisted[2.0]
     assert found.history[-1].mass_g < 0.9 * alone.history[-1].mass_g
     # Solid lies in the flanges, not about the neutral axis.
     z = centroids(problem.model.space.mesh)[2]

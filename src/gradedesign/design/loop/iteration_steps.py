@@ -36,7 +36,7 @@ from gradedesign.mechanics.sizing.lattice_stiffness import (
 )
 from gradedesign.mechanics.sizing.members import MemberField
 from gradedesign.mechanics.sizing.responses import solve_adjoints
-from gradedesign.mechanics.sizing.size import SizingProblem, SizingResult, SizingStep
+from gradedesign.mechanics.sizing.size import INSISTENCE, SizingProblem, SizingResult, SizingStep
 from gradedesign.mechanics.sizing.size_members import size_members
 from gradedesign.mechanics.sizing.state import SolvedState, solved_state
 from gradedesign.mechanics.sizing.stored_sizing import stored_sizing
@@ -146,14 +146,17 @@ def size_design(
         repr(sorted(cell.parameters.items())),
     )
 
-    def sized(problem: SizingProblem, start: FloatArray | None, most: int) -> SizingResult:
+    def sized(
+        problem: SizingProblem, start: FloatArray | None, most: int, insistence: int
+    ) -> SizingResult:
         return stored_sizing(
-            problem, stated, start=start, max_iterations=most, keep=plan.keep, on_step=on_step
-        )
+            problem, stated, start=start, max_iterations=most, insistence=insistence,
+            keep=plan.keep, on_step=on_step,
+        )  # fmt: skip
 
     thickness = case.lattice.least_member
     if thickness is None:
-        return sized(sizing, plan.start, most)
+        return sized(sizing, plan.start, most, INSISTENCE)
 
     def bodied(members: MemberField) -> HomogenisedModel:
         return with_design(model, sizing.model.volumes, members).homogenised

@@ -19,9 +19,7 @@ from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
 from gradedesign.mechanics.sizing.lattice_stiffness import StiffnessSlopes, stiffness_slopes
 from gradedesign.mechanics.sizing.state import SolvedState, case_named, force_slope, mass_slopes
 
-#: Residual of adjoint problems, over their loads: gradients have as many digits, and the designs of
-#: `bracket` in solid and void are the same in four as with 1e-6, which takes 28 instead of 12
-#: applications of multigrid a problem.
+#: Residual of adjoint problems, over their loads: gradients have as many digits.
 _RTOL = 1e-4
 
 
@@ -64,11 +62,15 @@ def _fields(
 
 
 def solve_adjoints(
-    model: HomogenisedModel, system: ElasticSystem, responses: Sequence[Response]
+    model: HomogenisedModel,
+    system: ElasticSystem,
+    responses: Sequence[Response],
+    *,
+    rtol: float = _RTOL,
 ) -> tuple[FloatArray | None, ...]:
     """Displacements ``(3, N)`` under the derivatives of responses as loads, supports at rest.
 
-    None for a response that has none, but a mode.
+    None for a response that has none, but a mode. ``rtol``: residual over the loads.
     """
     loads = []
     for response in responses:
@@ -82,7 +84,7 @@ def solve_adjoints(
                 force=response.by_displacement,
             )
         )
-    solutions = iter(solve_roughly(system, loads, rtol=_RTOL))
+    solutions = iter(solve_roughly(system, loads, rtol=rtol))
     return tuple(None if r.by_displacement is None else next(solutions) for r in responses)
 
 

@@ -29,6 +29,7 @@ def stored_sizing(
     *,
     start: FloatArray | None,
     max_iterations: int,
+    insistence: int,
     keep: float,
     on_step: Callable[[SizingStep], None] | None = None,
 ) -> SizingResult:
@@ -43,10 +44,11 @@ def stored_sizing(
         With the corrections and targets of its iteration.
     stated : sequence of str and float
         Whatever else tells it from others: what the case and its cell state.
-    start, max_iterations, keep, on_step
+    start, max_iterations, insistence, keep, on_step
         As for `size`.
     """
-    key = _sizing_key(problem, stated, start, max_iterations, keep)
+    effort = (max_iterations, insistence, keep)
+    key = _sizing_key(problem, stated, start, effort)
     stored = load_arrays(KIND, key)
     if stored is not None:
         result = _unpacked(problem, stored)
@@ -54,7 +56,10 @@ def stored_sizing(
             if on_step is not None:
                 on_step(step)
         return result
-    result = size(problem, start=start, max_iterations=max_iterations, keep=keep, on_step=on_step)
+    result = size(
+        problem, start=start, max_iterations=max_iterations, insistence=insistence, keep=keep,
+        on_step=on_step,
+    )  # fmt: skip
     store_arrays(KIND, key, **_packed(result))
     return result
 
@@ -63,8 +68,7 @@ def _sizing_key(
     problem: SizingProblem,
     stated: Sequence[str | float],
     start: FloatArray | None,
-    max_iterations: int,
-    keep: float,
+    effort: tuple[float, ...],
 ) -> str:
     """Content key of everything that a sizing depends on."""
     model, law, members = problem.model, problem.model.law, problem.members
@@ -103,7 +107,7 @@ def _sizing_key(
         np.zeros(0) if model.effective is None else model.effective.effective,
         repr(correction),
         repr(limits),
-        repr((*problem.bounds, problem.target, max_iterations, keep)),
+        repr((*problem.bounds, problem.target, *effort)),
         repr(members if members is None else (members.sharpness, members.price)),
         np.zeros(0) if start is None else start,
     )
