@@ -13,7 +13,7 @@ WITHOUT :=
 PLUGINS := $(filter-out $(LARGE) $(WITHOUT),$(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml)))
 PROJECTS := pyproject.toml $(wildcard plugins/*/pyproject.toml)
 
-.PHONY: install run test test-all bench docs
+.PHONY: install run test test-all bench docs pictures
 .DEFAULT_GOAL := install
 
 install: $(READY)
@@ -54,3 +54,7 @@ bench: $(TESTED)
 docs: $(DOCUMENTED)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 	@echo "site: $(CURDIR)/build/site/index.html"
+
+# The pictures of README and cases, from the finished runs below runs/.
+pictures: $(READY)
+	$(BIN)/python docs/make_pictures.py

@@ -1,5 +1,6 @@
 """The site of docs/: every page in it, its references as the code has them."""
 
+import json
 import re
 import tomllib
 from importlib.util import module_from_spec, spec_from_file_location
@@ -8,6 +9,7 @@ from typing import Annotated, get_args, get_origin
 
 import pytest
 import typer
+from PIL import Image
 from pydantic import TypeAdapter
 
 import gradedesign
@@ -132,6 +134,30 @@ def test_the_rooms_are_those_of_the_order_of_imports(pages):
 def test_the_picture_of_the_rooms_is_of_today():
     drawn = (DOCS / "pictures" / "rooms.svg").read_text(encoding="utf-8")
     assert script("make_figures").rooms_svg() == drawn, "run: python docs/make_figures.py"
+
+
+def test_pictures_are_those_of_finished_runs(tmp_path, capsys):
+    made = script("make_pictures")
+    for name, status in (("block", "met"), ("lug", "failed"), (made.FLAGSHIP, "not_met")):
+        run, case = tmp_path / "runs" / name, tmp_path / "cases" / name
+        for folder in (run, case):
+            folder.mkdir(parents=True)
+            for k, picture in enumerate(made.SHOWN):
+                colour = (10 * k, 200, 255 if folder is run else 0)
+                Image.new("RGB", (40, 30), colour).save(folder / picture)
+        (run / "result.json").write_text(json.dumps({"status": status}), encoding="utf-8")
+    (tmp_path / "docs" / "pictures").mkdir(parents=True)
+    made.main(tmp_path)
+
+    def pixel(path, at=(1, 1)):
+        with Image.open(tmp_path / path) as image:
+            return image.convert("RGB").getpixel(at)
+
+    assert pixel("cases/block/density.png") == (10, 200, 255)
+    assert pixel("cases/lug/density.png") == (10, 200, 0)
+    assert "cases/lug" not in capsys.readouterr().out
+    # The third of four lies below the first.
+    assert pixel("docs/pictures/flagship.png", (10, made.WIDTH * 30 // 40 - 1)) == (20, 200, 255)
 
 
 def test_the_commands_of_the_validation_exist():
