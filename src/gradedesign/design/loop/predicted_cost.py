@@ -57,10 +57,10 @@ class Speed:
     start: float  #: s. Reading and meshing the part, pictures and report.
 
 
-#: Measured in first iterations on two idle cores: sizing 0.6 to 1.9e-5, the mesher 0.4 to 0.9e-3
-#: since surfaces come to it with fewer triangles.
+#: Measured in first iterations: sizing 0.5 to 0.85e-5 of processor time, the mesher 0.4 to 0.9e-3
+#: on two idle cores since surfaces come to it with fewer triangles.
 MEASURED = Speed(
-    sizing=1.1e-5,
+    sizing=0.7e-5,
     mesh=1.0,
     solve=1.0,
     tet=0.7e-3,
