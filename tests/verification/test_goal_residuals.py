@@ -19,6 +19,7 @@ from gradedesign.errors import CaseError
 from gradedesign.mechanics.explicit.finite_cells import ORDERS
 from gradedesign.mechanics.fe.displacement_goal import DisplacementGoal
 from gradedesign.mechanics.fe.load_schema import FixSpec, LoadCaseSpec
+from gradedesign.mechanics.finite_cell import residual_places
 from gradedesign.mechanics.finite_cell.grid import Plane
 from gradedesign.mechanics.limits.banded import Residual, banded
 
@@ -169,3 +170,15 @@ def test_the_largest_displacement_of_a_face_is_that_of_its_corner():
 def test_a_goal_of_a_region_that_is_not_there_is_refused():
     with pytest.raises(CaseError, match="a value of region 'top' is asked for"):
         analyse(bent_cuboid(goals={"top": goal("top", "bend")}), 0.5)
+
+
+def test_faces_that_are_looked_at_stand_for_those_that_are_not(monkeypatch):
+    """Every fifth or so: the same area between elements and on bare faces, within one of them."""
+    solid = bent_cuboid()
+    elements = analyse(solid, 0.125).elements
+    every = residual_places.residual_places(elements, solid.field)
+    monkeypatch.setattr(residual_places, "MOST_OF_FACES", 100)
+    some = residual_places.residual_places(elements, solid.field)
+    for all_of_them, chosen in ((every.sides[0], some.sides[0]), (every.free, some.free)):
+        assert chosen.weight.size < 0.7 * all_of_them.weight.size
+        assert chosen.weight.sum() == pytest.approx(all_of_them.weight.sum(), rel=0.01)
