@@ -138,7 +138,12 @@ def test_the_picture_of_the_rooms_is_of_today():
 
 def test_pictures_are_those_of_finished_runs(tmp_path, capsys):
     made = script("make_pictures")
-    for name, status in (("block", "met"), ("lug", "failed"), (made.FLAGSHIP, "not_met")):
+    for name, status in (
+        ("block", "met"),
+        ("lug", "failed"),
+        (made.TUTORIAL, "met"),
+        (made.FLAGSHIP, "not_met"),
+    ):
         run, case = tmp_path / "runs" / name, tmp_path / "cases" / name
         for folder in (run, case):
             folder.mkdir(parents=True)
@@ -155,6 +160,7 @@ def test_pictures_are_those_of_finished_runs(tmp_path, capsys):
 
     assert pixel("cases/block/density.png") == (10, 200, 255)
     assert pixel("cases/lug/density.png") == (10, 200, 0)
+    assert pixel("docs/pictures/tutorial-stress.png") == (30, 200, 255)
     assert "cases/lug" not in capsys.readouterr().out
     # The third of four lies below the first.
     assert pixel("docs/pictures/flagship.png", (10, made.WIDTH * 30 // 40 - 1)) == (20, 200, 255)
