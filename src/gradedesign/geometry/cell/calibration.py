@@ -52,6 +52,14 @@ def calibrate(
     The volume of ``g <= t`` is the distribution of ``g``, so ``t(rho)`` is its quantile. Evenly
     spread samples converge faster than random ones and, unlike those of a grid, for shapes with
     flat faces too.
+
+    Examples
+    --------
+    >>> from gradedesign.geometry.cell.formula_cell import formula_cell
+    >>> family = formula_cell("p", formula="cos(2*pi*x) + cos(2*pi*y) + cos(2*pi*z)")
+    >>> cell = calibrate(family, resolution=32)
+    >>> cell.name, cell is calibrate(family, resolution=32)
+    ('p', True)
     """
     complete = complete_parameters(family, parameters)
     return _calibrate(family, tuple(complete.items()), resolution)

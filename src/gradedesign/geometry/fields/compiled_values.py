@@ -35,6 +35,16 @@ def compiled_values(
     -------
     (...) or (channels, ...) array
         Float32 for points in float32, else float64.
+
+    Examples
+    --------
+    >>> from numba import njit
+    >>> @njit(nogil=True)
+    ... def doubled(low, high, points, value):
+    ...     for k in range(low, high):
+    ...         value[k] = 2.0 * points[0, k]
+    >>> compiled_values(doubled, np.array([[1.0, 2.0], [0.0, 0.0], [0.0, 0.0]])).tolist()
+    [2.0, 4.0]
     """
     points = np.asarray(u)
     kind = points.dtype if points.dtype == np.float32 else np.dtype(np.float64)

@@ -37,6 +37,12 @@ def periodic_distance_to_level_set(
     ------
     PluginError
         If the function is not finite, or has no such level set.
+
+    Examples
+    --------
+    >>> slab = periodic_distance_to_level_set(lambda u: np.cos(2 * np.pi * u[0]), resolution=16)
+    >>> round(float(slab(np.array([0.35, 0.1, 0.2]))), 2)
+    -0.1
     """
     surface = level_set_points(function, level=level, resolution=resolution)
     nodes = np.stack(np.meshgrid(*[np.arange(resolution) / resolution] * 3, indexing="ij"))
@@ -71,6 +77,12 @@ def level_set_points(
     ------
     PluginError
         If the function is not finite, or crosses the level nowhere on the grid.
+
+    Examples
+    --------
+    >>> points = level_set_points(lambda u: np.cos(2 * np.pi * u[0]), resolution=8)
+    >>> sorted(set((points[0] % 1).round(6).tolist()))
+    [0.25, 0.75]
     """
     # Nodes off the symmetry planes, so that no family vanishes on whole planes of nodes.
     axis = (np.arange(resolution) + 0.5) / resolution

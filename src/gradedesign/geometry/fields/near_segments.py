@@ -70,6 +70,12 @@ def near_segments(segments: FloatArray, reach: float, *, bins: int = BINS) -> Ne
     ------
     PluginError
         If the reach is not between 0 and 4 cells.
+
+    Examples
+    --------
+    >>> near = near_segments(np.array([[[0.0, 0, 0], [1, 0, 0]]]), 0.1, bins=4)
+    >>> int(np.diff(near.first).max())  # the most copies of any bin
+    2
     """
     if not 0 < reach <= 4:
         raise PluginError(f"a reach of {reach:g} cells is impossible; use above 0 and at most 4")
@@ -95,6 +101,13 @@ def nearest_candidates(
 
     Or at most ``widen`` times as far as the nearest. Nearest by gauge over relative thickness; see
     `periodic_distance_to_segments` for both.
+
+    Examples
+    --------
+    >>> strut = np.array([[[0.0, 0, 0], [1, 0, 0]]])
+    >>> found = nearest_candidates(strut, np.ones(1), np.zeros((1, 0, 3)), bins=4)
+    >>> set(found.owner.tolist())
+    {0}
     """
     # Every point has a copy of every node within half of the cell's diagonal; that bounds what
     # matters, first roughly, then by the widest gap that was found on coarse bins.

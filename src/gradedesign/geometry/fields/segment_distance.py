@@ -65,6 +65,12 @@ def periodic_distance_to_segments(
     ------
     PluginError
         If the arrays do not fit together, or a thickness is not positive.
+
+    Examples
+    --------
+    >>> strut = periodic_distance_to_segments([[[0, 0, 0], [1, 0, 0]]])
+    >>> round(float(strut(np.array([0.5, 0.7, 0.0]))), 6)
+    0.3
     """
     ends = np.array(segments, dtype=np.float64) / period
     sides = np.zeros((len(ends), 0, 3)) if normals is None else np.array(normals, dtype=np.float64)

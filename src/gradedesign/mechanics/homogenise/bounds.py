@@ -33,6 +33,11 @@ class BoundCheck:
 def hashin_shtrikman_upper(rho: float, poissons_ratio: float) -> tuple[float, float]:
     """Largest bulk and shear modulus of an isotropic solid with voids, over the solid's E.
 
+    Examples
+    --------
+    >>> [round(value, 4) for value in hashin_shtrikman_upper(1.0, 0.25)]
+    [0.6667, 0.4]
+
     References
     ----------
     Z. Hashin, S. Shtrikman, J. Mech. Phys. Solids 11 (1963) 127.
@@ -59,6 +64,13 @@ def check_bounds(stiffness: FloatArray, rho: float, poissons_ratio: float) -> li
         ``rho C_solid - C``, and of ``C``, as Reuss' bound is zero beside void), their bulk and
         shear moduli, and those of Hashin and Shtrikman: on the bulk modulus, which orientation
         does not change, and on Reuss' and Hill's averages.
+
+    Examples
+    --------
+    >>> from gradedesign.mechanics.homogenise.constants import solid_stiffness
+    >>> checks = check_bounds(0.1 * solid_stiffness(0.3), 0.3, 0.3)
+    >>> all(check.holds for check in checks)
+    True
     """
     solid = solid_stiffness(poissons_ratio)
     means = isotropic_averages(stiffness)

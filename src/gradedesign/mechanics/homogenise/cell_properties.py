@@ -93,6 +93,16 @@ def cell_properties(
     Voxels are filled by the share of samples in the solid. The error of the stiffness then falls
     with the square of the voxel: between 24, 48 and 96 voxels the changes are in a ratio of 3.8 to
     4 (gyroid sheet, density 0.3), so a third of the last change is added.
+
+    Examples
+    --------
+    >>> from gradedesign.geometry.cell.formula_cell import formula_cell
+    >>> from gradedesign.geometry.cell.calibration import calibrate
+    >>> family = formula_cell("p", formula="cos(2*pi*x) + cos(2*pi*y) + cos(2*pi*z)")
+    >>> cell = calibrate(family, resolution=32)
+    >>> found = cell_properties(cell, 0.5, resolution=16, with_surface=False)
+    >>> found.stiffness.shape, bool(found.stiffness[0, 0] < 0.5)
+    ((6, 6), True)
     """
     fine = resolution or _resolution(cell, rho, edges)
     if fine % 2 or fine < 8:

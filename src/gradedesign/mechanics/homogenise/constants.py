@@ -50,7 +50,13 @@ class IsotropicAverages:
 
 
 def solid_stiffness(poissons_ratio: float) -> FloatArray:
-    """Stiffness ``(6, 6)`` of the base material at unit Young's modulus."""
+    """Stiffness ``(6, 6)`` of the base material at unit Young's modulus.
+
+    Examples
+    --------
+    >>> solid_stiffness(0.25)[0, :2].round(3).tolist()
+    [1.2, 0.4]
+    """
     nu = poissons_ratio
     lam, mu = nu / ((1 + nu) * (1 - 2 * nu)), 1 / (2 * (1 + nu))
     c = np.diag([2 * mu] * 3 + [mu] * 3)
@@ -59,7 +65,13 @@ def solid_stiffness(poissons_ratio: float) -> FloatArray:
 
 
 def engineering_constants(stiffness: FloatArray) -> EngineeringConstants:
-    """Young's and shear moduli and Poisson ratios along the axes of ``(6, 6)``."""
+    """Young's and shear moduli and Poisson ratios along the axes of ``(6, 6)``.
+
+    Examples
+    --------
+    >>> round(engineering_constants(solid_stiffness(0.3)).poisson[0], 6)
+    0.3
+    """
     s = np.linalg.inv(stiffness)
     x, y, z, yz, xz, xy = (float(1 / v) for v in np.diag(s))
     return EngineeringConstants(
@@ -71,6 +83,11 @@ def engineering_constants(stiffness: FloatArray) -> EngineeringConstants:
 
 def isotropic_averages(stiffness: FloatArray) -> IsotropicAverages:
     """Averages over all orientations of a stiffness ``(6, 6)``.
+
+    Examples
+    --------
+    >>> round(isotropic_averages(solid_stiffness(0.3)).bulk, 4)
+    0.8333
 
     References
     ----------
@@ -88,14 +105,27 @@ def isotropic_averages(stiffness: FloatArray) -> IsotropicAverages:
 
 
 def zener_ratio(stiffness: FloatArray) -> float:
-    """``2 C44 / (C11 - C12)`` with each entry averaged over its three equivalents."""
+    """``2 C44 / (C11 - C12)`` with each entry averaged over its three equivalents.
+
+    Examples
+    --------
+    >>> round(zener_ratio(solid_stiffness(0.3)), 6)
+    1.0
+    """
     c = stiffness
     normal = np.trace(c[:3, :3]) / 3 - (c[0, 1] + c[0, 2] + c[1, 2]) / 3
     return float(2 * np.trace(c[3:, 3:]) / 3 / normal)
 
 
 def youngs_along(stiffness: FloatArray, direction: FloatArray) -> FloatArray:
-    """Young's modulus along directions ``(3, ...)``, ``(...)``."""
+    """Young's modulus along directions ``(3, ...)``, ``(...)``.
+
+    Examples
+    --------
+    >>> diagonal = np.array([1.0, 1.0, 1.0]) / 3**0.5
+    >>> round(float(youngs_along(solid_stiffness(0.3), diagonal)), 6)
+    1.0
+    """
     n = direction / np.linalg.norm(direction, axis=0)
     v = np.stack([n[0] ** 2, n[1] ** 2, n[2] ** 2, n[1] * n[2], n[0] * n[2], n[0] * n[1]])
     s = np.linalg.inv(stiffness)

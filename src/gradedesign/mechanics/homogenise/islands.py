@@ -30,6 +30,12 @@ def connected_fill(fill: FloatArray) -> tuple[FloatArray, float]:
     neighbours; ``share``: of the solid voxels removed.
 
     ``fill (nx, ny, nz)``: solid where positive.
+
+    Examples
+    --------
+    >>> kept, lost = connected_fill(np.ones((3, 3, 3)))
+    >>> float(kept.sum()), lost
+    (27.0, 0.0)
     """
     values = np.asarray(fill, dtype=np.float64)
     solid = values > 0

@@ -80,6 +80,12 @@ def solve_periodic(
     instead of six where the grid is equal to itself with x, y, z exchanged in a cycle, voxel by
     voxel.
 
+    Examples
+    --------
+    >>> solution = solve_periodic(np.ones((4, 4, 4)), poissons_ratio=0.25)
+    >>> solution.stiffness[0, :2].round(3).tolist()
+    [1.2, 0.4]
+
     References
     ----------
     Trilinear hexahedra preconditioned by the transform of the homogeneous operator: Schneider,
@@ -127,7 +133,15 @@ def _solve(
 
 
 def unit_load(operator: VoxelOperator, case: int) -> FloatArray:
-    """Nodal forces ``(3, nx, ny, nz)`` by which a homogeneous unit strain is out of balance."""
+    """Nodal forces ``(3, nx, ny, nz)`` by which a homogeneous unit strain is out of balance.
+
+    Examples
+    --------
+    >>> from gradedesign.mechanics.homogenise.operator import voxel_operator
+    >>> operator = voxel_operator(np.ones((4, 4, 4)), 0.3)
+    >>> bool(np.abs(unit_load(operator, 0)).max() < 1e-6)  # a full grid is in balance
+    True
+    """
     stress = solid_stiffness(operator.poissons_ratio) @ np.eye(6)[case]
     return uniform_stress_load(operator.fill, stress)
 
@@ -139,6 +153,12 @@ def uniform_stress_load(fill: FloatArray, stress: FloatArray) -> FloatArray:
     the voxels around a node that is a difference of fills. Returns ``(3, nx, ny, nz)``.
 
     ``fill (nx, ny, nz)``. ``stress (6,)``.
+
+    Examples
+    --------
+    >>> pull = np.array([1.0, 0, 0, 0, 0, 0])
+    >>> float(np.abs(uniform_stress_load(np.ones((2, 2, 2)), pull)).max())  # in balance
+    0.0
     """
     tensor = np.zeros((3, 3))
     for k, (i, j) in enumerate(PAIRS):

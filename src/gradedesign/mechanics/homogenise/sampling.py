@@ -54,6 +54,15 @@ def cell_fill(
     - ``share_ties``: count samples that lie at the level in part, so that the mean fill is ``rho``;
       by default where voxels may be filled in part (``subsamples`` above 1). A strut cell has many
       such samples: without, its mean fill is up to a tenth off.
+
+    Examples
+    --------
+    >>> from gradedesign.geometry.cell.formula_cell import formula_cell
+    >>> from gradedesign.geometry.cell.calibration import calibrate
+    >>> family = formula_cell("p", formula="cos(2*pi*x) + cos(2*pi*y) + cos(2*pi*z)")
+    >>> cell = calibrate(family, resolution=32)
+    >>> cell_fill(cell, 0.3, 8).shape, round(float(cell_fill(cell, 0.3, 8).mean()), 3)
+    ((8, 8, 8), 0.3)
     """
     if share_ties is None:
         share_ties = subsamples > 1
@@ -140,7 +149,17 @@ def voxels_in_wall(
     resolution: int,
     edges: Sequence[float] = CUBE,
 ) -> float:
-    """Voxels across the thinnest wall or strut, at least: walls across the shortest edge."""
+    """Voxels across the thinnest wall or strut, at least: walls across the shortest edge.
+
+    Examples
+    --------
+    >>> from gradedesign.geometry.cell.formula_cell import formula_cell
+    >>> from gradedesign.geometry.cell.calibration import calibrate
+    >>> family = formula_cell("p", formula="cos(2*pi*x) + cos(2*pi*y) + cos(2*pi*z)")
+    >>> cell = calibrate(family, resolution=32)
+    >>> voxels_in_wall(cell, 0.3, 48) > 3
+    True
+    """
     along = min(voxel_counts(edges, resolution))
     return float(wall_mm(cell, rho, 1.0)) * along / cell.family.period
 
@@ -154,6 +173,14 @@ def require_resolved(
     """Refuse a grid on which the thinnest wall has fewer than `LEAST_VOXELS` voxels.
 
     Raises `DensityError` saying which resolution would do.
+
+    Examples
+    --------
+    >>> from gradedesign.geometry.cell.formula_cell import formula_cell
+    >>> from gradedesign.geometry.cell.calibration import calibrate
+    >>> family = formula_cell("p", formula="cos(2*pi*x) + cos(2*pi*y) + cos(2*pi*z)")
+    >>> cell = calibrate(family, resolution=32)
+    >>> require_resolved(cell, 0.3, 48)
     """
     voxels = voxels_in_wall(cell, rho, resolution, edges)
     if voxels < LEAST_VOXELS:

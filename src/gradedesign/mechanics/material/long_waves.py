@@ -63,6 +63,12 @@ def critical_long_waves(stiffness: FloatArray) -> FloatArray:
 
     Over the base material's Young's modulus, as the stiffness ``(6, 6)``; infinite where it buckles
     nothing.
+
+    Examples
+    --------
+    >>> stiffness = np.diag([0.1, 0.1, 0.1, 0.002, 0.002, 0.002])
+    >>> critical_long_waves(stiffness)[0].round(4).tolist()  # compression, tension
+    [0.0018, inf]
     """
     stress = np.concatenate([-np.eye(6), np.eye(6)], axis=1)
     use, _ = _searched(stress, np.repeat(stiffness[:, :, None], 12, axis=2))

@@ -50,6 +50,12 @@ def relative_errors(
     constants for which every row is NaN are left out. Returns each ``(k,)``.
 
     ``stiffness (k, 6, 6)``, ``uncertainty (k, 6, 6)``: in one unit.
+
+    Examples
+    --------
+    >>> stiffness, off = np.ones((2, 6, 6)), np.full((2, 6, 6), 0.02)
+    >>> {k: v.round(3).tolist() for k, v in relative_errors(stiffness, off, "cubic").items()}
+    {'C11': [0.02, 0.02], 'C12': [0.02, 0.02], 'C44': [0.02, 0.02]}
     """
     least = _NOTHING * np.abs(stiffness).max(axis=(1, 2))
     errors = {}
