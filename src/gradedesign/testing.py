@@ -177,6 +177,13 @@ def check_scaling_law(law: ScalingLaw) -> None:
     polycrystal of the cell lies: for an isotropic law that is K and G themselves, for a cubic one K
     itself and the mean of its two shear compliances. It is no bound on the larger of the two shear
     moduli of a cubic law, nor on E along one direction.
+
+    Examples
+    --------
+    >>> from gradedesign import LawOrigin, power_law
+    >>> origin = LawOrigin(kind="experiment", source="our tests of 2026", test="compression")
+    >>> law = power_law("mine", ("my-cell",), youngs=(0.5, 2.0), window=(0.1, 0.5), origin=origin)
+    >>> check_scaling_law(law)
     """
     if not re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", law.name):
         raise PluginError(f"law '{law.name}': the name must be lower case with dashes")

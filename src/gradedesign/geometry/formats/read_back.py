@@ -32,6 +32,12 @@ def require_read_back(
     ------
     ResourceError
         If they differ.
+
+    Examples
+    --------
+    At the end of an exporter, which reads its own file again, some triangles at a time::
+
+        require_read_back(path, pieces_of(path), surface)
     """
     volume, middle = enclosed_volume(surface), surface.vertices.mean(axis=0)
     count, balance, enclosed = 0, 0, 0.0

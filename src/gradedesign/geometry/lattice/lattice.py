@@ -44,7 +44,24 @@ class LatticeDesign(ShownRecord):
 
 
 def density_at(design: LatticeDesign, points: FloatArray) -> FloatArray:
-    """Relative density at points ``(3, ...)`` mm, ``(...)``."""
+    """Relative density at points ``(3, ...)`` mm, ``(...)``.
+
+    Examples
+    --------
+    >>> from gradedesign.geometry.cell.formula_cell import formula_cell
+    >>> from gradedesign.geometry.cell.calibration import calibrate
+    >>> family = formula_cell("p", formula="cos(2*pi*x) + cos(2*pi*y) + cos(2*pi*z)")
+    >>> cell = calibrate(family, resolution=32)
+    >>> from gradedesign.geometry.cell.cells import single
+    >>> box = DesignDomain(
+    ...     distance=lambda p: np.abs(p).max(axis=0) - 9, lower=[-9] * 3, upper=[9] * 3
+    ... )
+    >>> design = LatticeDesign(
+    ...     domain=box, cells=single(cell), cell_map=lambda p: p / 6, cell_size=6.0, density=0.3
+    ... )
+    >>> density_at(design, np.zeros((3, 2))).tolist()
+    [0.3, 0.3]
+    """
     if isinstance(design.density, DensityGrid):
         return evaluate(design.density, points)
     return np.full(points.shape[1:], float(design.density))
@@ -61,6 +78,22 @@ def cell_gradient(design: LatticeDesign) -> float:
     ------
     LatticeError
         If the cell's function is constant or not finite there.
+
+    Examples
+    --------
+    >>> from gradedesign.geometry.cell.formula_cell import formula_cell
+    >>> from gradedesign.geometry.cell.calibration import calibrate
+    >>> family = formula_cell("p", formula="cos(2*pi*x) + cos(2*pi*y) + cos(2*pi*z)")
+    >>> cell = calibrate(family, resolution=32)
+    >>> from gradedesign.geometry.cell.cells import single
+    >>> box = DesignDomain(
+    ...     distance=lambda p: np.abs(p).max(axis=0) - 9, lower=[-9] * 3, upper=[9] * 3
+    ... )
+    >>> design = LatticeDesign(
+    ...     domain=box, cells=single(cell), cell_map=lambda p: p / 6, cell_size=6.0, density=0.3
+    ... )
+    >>> round(cell_gradient(design), 1)
+    7.7
     """
     axis = (np.arange(24) + 0.5) / 24
     u = np.array(np.meshgrid(axis, axis, axis, indexing="ij")).reshape(3, -1)
@@ -143,6 +176,23 @@ def lattice_field(
     -------
     callable
         Points ``(3, ...)`` mm to values ``(...)``; its zero set does not depend on ``band``.
+
+    Examples
+    --------
+    >>> from gradedesign.geometry.cell.formula_cell import formula_cell
+    >>> from gradedesign.geometry.cell.calibration import calibrate
+    >>> family = formula_cell("p", formula="cos(2*pi*x) + cos(2*pi*y) + cos(2*pi*z)")
+    >>> cell = calibrate(family, resolution=32)
+    >>> from gradedesign.geometry.cell.cells import single
+    >>> box = DesignDomain(
+    ...     distance=lambda p: np.abs(p).max(axis=0) - 9, lower=[-9] * 3, upper=[9] * 3
+    ... )
+    >>> design = LatticeDesign(
+    ...     domain=box, cells=single(cell), cell_map=lambda p: p / 6, cell_size=6.0, density=0.3
+    ... )
+    >>> body = lattice_field(design)
+    >>> bool(body(np.array([20.0, 0.0, 0.0])) > 0)  # outside the part
+    True
     """
     part, layers = solid_layers(design.domain, band)
     exact = cell_field(design)

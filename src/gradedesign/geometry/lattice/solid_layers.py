@@ -32,6 +32,16 @@ def solid_layers(
     ------
     LatticeError
         If the band is not positive.
+
+    Examples
+    --------
+    >>> from gradedesign.geometry.lattice.domain import DesignDomain
+    >>> box = DesignDomain(
+    ...     distance=lambda p: np.abs(p).max(axis=0) - 9, lower=[-9] * 3, upper=[9] * 3
+    ... )
+    >>> distance, layers = solid_layers(box)
+    >>> float(distance(np.zeros(3))), layers
+    (-9.0, ())
     """
     if band is None:
         near = Distances(part=domain.distance, reach=np.inf, banded=lambda distance, *_: distance)

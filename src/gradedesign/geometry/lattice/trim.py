@@ -82,6 +82,12 @@ def solid_surface(domain: DesignDomain, part: SurfaceMesh, step: float) -> Surfa
     ------
     LatticeError, MeshError, ResourceError
         As `trimmed_surface`.
+
+    Examples
+    --------
+    Skins and kept regions of a part alone, on a grid of half a millimetre::
+
+        solid_surface(domain, part, step=0.5)
     """
     if domain.lattice_only:
         return None

@@ -67,7 +67,20 @@ class Cutter:
 
 
 def cut_together(bodies: Sequence[PlacedBody], cutters: Sequence[Cutter]) -> PlacedBody:
-    """Solids as one, from which more negative volumes are to be taken."""
+    """Solids as one, from which more negative volumes are to be taken.
+
+    Examples
+    --------
+    >>> from gradedesign.geometry.part.box import box_surface
+    >>> from gradedesign.geometry.triangles.surface_mesh import corner_points
+    >>> corners = corner_points(box_surface((1.0, 1.0, 1.0)))
+    >>> label = np.zeros(12, dtype=np.int64)
+    >>> cube = PlacedBody(name="cube", corners=corners, label=label)
+    >>> hole = PlacedBody(name="hole", corners=corners + 0.5, label=label)
+    >>> cutter = Cutter(number=1, body=hole, closed=closed_body(hole, 10.0, "a.3mf")[0])
+    >>> len(cut_together([cube], [cutter]).cutters)
+    1
+    """
     return PlacedBody(
         name=" and ".join(dict.fromkeys(body.name for body in bodies)),
         corners=np.concatenate([body.corners for body in bodies]),
@@ -103,6 +116,19 @@ def without_cutters(
     ------
     PartError
         If the solid is damaged, or touches itself so that it cannot be cut.
+
+    Examples
+    --------
+    >>> from gradedesign.geometry.part.box import box_surface
+    >>> from gradedesign.geometry.triangles.surface_mesh import corner_points
+    >>> corners = corner_points(box_surface((1.0, 1.0, 1.0)))
+    >>> label = np.zeros(12, dtype=np.int64)
+    >>> cube = PlacedBody(name="cube", corners=corners, label=label)
+    >>> hole = PlacedBody(name="hole", corners=corners + 0.5, label=label)
+    >>> cutter = Cutter(number=1, body=hole, closed=closed_body(hole, 10.0, "a.3mf")[0])
+    >>> rest, cutting, _ = without_cutters(cut_together([cube], [cutter]), 10.0, "a.3mf")
+    >>> cutting
+    {1}
     """
     rest, notes = closed_body(
         body, scale, f"{source}, '{body.name}', from which negative volumes are taken"

@@ -57,6 +57,13 @@ def serve_repairer(repair: _RepairFunction, *, load: Callable[[], object] = dict
     load : callable
         Imports the libraries that ``repair`` needs, so that running out of memory before the work
         begins can be told from running out of it at work.
+
+    Examples
+    --------
+    In the module that a repairer of a plugin starts as a process::
+
+        if __name__ == "__main__":
+            serve_repairer(my_repair_function)
     """
 
     def compute(

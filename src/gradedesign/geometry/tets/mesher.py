@@ -71,6 +71,13 @@ def serve_mesher(mesh: _MeshFunction, *, load: Callable[[], object] = dict) -> N
     load : callable
         Imports the libraries that ``mesh`` needs, so that running out of memory before the work
         begins can be told from running out of it at work.
+
+    Examples
+    --------
+    In the module that a mesher of a plugin starts as a process::
+
+        if __name__ == "__main__":
+            serve_mesher(my_mesh_function)
     """
 
     def compute(

@@ -61,6 +61,16 @@ def compute_table(
     - ``resolution``: of all rows; by default each row has the resolution that its wall needs
     - ``on_row``: called with each density's result, how many are done and how many there are
     - ``edges (3,)``: of the cell, up to a factor
+
+    Examples
+    --------
+    >>> from gradedesign.geometry.cell.formula_cell import formula_cell
+    >>> from gradedesign.geometry.cell.calibration import calibrate
+    >>> family = formula_cell("p", formula="cos(2*pi*x) + cos(2*pi*y) + cos(2*pi*z)")
+    >>> cell = calibrate(family, resolution=32)
+    >>> table = compute_table(cell, densities=[0.4, 0.6], resolution=16)
+    >>> table.density.tolist(), table.stiffness.shape
+    ([0.4, 0.6], (2, 6, 6))
     """
     finest = resolution or RESOLUTIONS[-1]
     if densities is None:

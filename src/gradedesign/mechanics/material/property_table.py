@@ -146,7 +146,19 @@ class PropertyTable(ShownRecord):
 
 
 def write_property_table(table: PropertyTable) -> str:
-    """Text of a table: JSON, one line for each density."""
+    """Text of a table: JSON, one line for each density.
+
+    Examples
+    --------
+    >>> from gradedesign.geometry.cell.formula_cell import formula_cell
+    >>> from gradedesign.geometry.cell.calibration import calibrate
+    >>> family = formula_cell("p", formula="cos(2*pi*x) + cos(2*pi*y) + cos(2*pi*z)")
+    >>> cell = calibrate(family, resolution=32)
+    >>> from gradedesign.properties import compute_table
+    >>> table = compute_table(cell, densities=[0.4, 0.6], resolution=16)
+    >>> read_property_table(write_property_table(table)).density.tolist()
+    [0.4, 0.6]
+    """
     head = {
         "gradedesign property table": FORMAT,
         "name": table.name,
@@ -193,6 +205,12 @@ def read_property_table(text: str) -> PropertyTable:
     ------
     PluginError
         If the text is no table, is damaged, or of another format version.
+
+    Examples
+    --------
+    A table that `gradedesign tabulate` wrote::
+
+        table = read_property_table(Path("my-cell.properties").read_text())
     """
     try:
         data: dict[str, Any] = json.loads(text)

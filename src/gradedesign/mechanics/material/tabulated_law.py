@@ -43,6 +43,12 @@ def tabulated_law(table: PropertyTable) -> ScalingLaw:
     interpolated, which keeps it positive definite; growth is checked at 201 densities. Strength
     surfaces, if the table has them, become the law's ``local_stress``, critical stresses its
     ``buckling``.
+
+    Examples
+    --------
+    The law of a cell that no table is shipped for::
+
+        law = tabulated_law(compute_table(cell))
     """
     lower, upper = float(table.density[0]), float(table.density[-1])
     name, window = table.name, (lower, upper)

@@ -114,7 +114,14 @@ class NetSkin(CellComponent):
 
 
 def depths_of(net: NetSkin, size: float) -> FloatArray:
-    """Depths below the surface at which struts are looked for in cells of a size, ``(k,)``, mm."""
+    """Depths below the surface at which struts are looked for in cells of a size, ``(k,)``, mm.
+
+    Examples
+    --------
+    >>> net = NetSkin(thickness=0.5, reach=2.0, outward=lambda p: p)
+    >>> len(depths_of(net, 6.0))
+    9
+    """
     count = int(np.ceil(_PER_CELL * (net.reach - net.start) / size)) + 1
     return np.linspace(net.start, net.reach, count)
 
