@@ -20,7 +20,7 @@ TUTORIAL, FLAGSHIP = "bar", "engine-bracket"
 SHOWN = ("loads.png", "density.png", "lattice.png", "stress.png")
 #: Pixels across the four together, and colours of a file: what a page needs, in a fifth of the
 #: bytes.
-WIDTH, COLOURS = 1200, 128
+WIDTH, COLOURS = 1200, 256
 
 
 def is_finished(run: Path) -> bool:
