@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from dataclasses import replace
 
 import numpy as np
@@ -17,8 +16,6 @@ from gradedesign.geometry.lattice.domain import grown
 from gradedesign.geometry.lattice.lattice import LatticeDesign, lattice_field, uncut_field
 from gradedesign.geometry.lattice.solid_layers import solid_layers
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
-
-log = logging.getLogger(__name__)
 
 #: The lattice is contoured this many grid steps beyond the part before it is cut. Chosen, not
 #: measured.
@@ -79,15 +76,18 @@ def finer_step(
     Ever finer ones are tried in its worst cells, where there are others: no power of the step holds
     where struts meet in edges.
     """
-    step = _FINER * missed.step
+
+    def error_in(box: Box, step: float) -> float:
+        fit = volume_fit(design, step, asked, box)
+        raw, _ = _contour_in(design, part, step, fit, keep_outer)
+        return float(raw.volume_errors.max(initial=0.0))
+
+    step, does = _FINER * missed.step, _ENOUGH * asked.within
     while len(missed.worst) == _WORST and step > _LEAST * missed.step:
         with stepping(f"the {_WORST} worst cells at {step:.3g} mm"):
-            fits = [volume_fit(design, step, asked, box) for box in missed.worst]
-            tried = [_contour_in(design, part, step, fit, keep_outer)[0] for fit in fits]
-        error = max(float(raw.volume_errors.max(initial=0.0)) for raw in tried)
-        log.info("the worst cells at %.3g mm: %.2g of their solid", step, error)
-        if error <= _ENOUGH * asked.within:
-            break
+            # The worst comes first: a step that does not do ends there.
+            if all(error_in(box, step) <= does for box in missed.worst):
+                break
         step *= _FINER
     return step
 
