@@ -15,7 +15,7 @@ from gradedesign.mechanics.finite_cell.stress import solid_points
 #: Most points of the solid that are looked at: evenly spaced ones of them all, each standing for
 #: its neighbours. Chosen, not measured.
 MOST = 2**16
-#: Most faces of an axis, all of them up to some 14 M unknowns. With `MOST`, where each stood for five,
+#: Most faces of an axis, all of them up to some 14 M unknowns. With `MOST`, each for five,
 #: two points below the corner of a plate were a third of a residual of `compression-block`, which
 #: hardly fell on elements of two thirds: 0.0343 mm instead of 0.0233 with every second one.
 MOST_OF_FACES = 2**19
