@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from gradedesign.arrays import FloatArray
+from gradedesign.common.system.progress import counted
 from gradedesign.mechanics.sizing.analysed_step import analysed_step
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel, effective_density
 from gradedesign.mechanics.sizing.members import (
@@ -97,7 +98,7 @@ def size_members(
             ]
         )
     stages = _ROUGH if bodied is None else STAGES if start is None else STAGES[-1:]
-    for stage in stages:
+    for stage in counted(stages, "members, stage", len(stages)):
         price, sharpness, most = stage
         members = replace(members, price=price, sharpness=sharpness)
         insistence = INSISTENCE if stage in (_ROUGH[-1], STAGES[-1]) else 1
