@@ -134,6 +134,11 @@ def test_a_pulled_bar_uses_what_basquin_and_walker_allow(cli, tmp_path):
     assert pull["stated"] == "100000 cycles at R = 0.1, as-built"
     assert pull["measure"].endswith("at the largest load of the cycle")
     assert result["material"]["fatigue"][0]["amplitude_MPa"] == [400.0, 100.0]
+    # 198.8 of 800 MPa, over 0.12, times 1.5; 50 of 800 MPa is less than any tested lattice bore.
+    (told,) = [words for words in result["warnings"] if "no tests of these cells" in words]
+    assert told.startswith("fatigue, 100000 cycles at R = 0.1, as-built: 25% of the yield strength")
+    assert "bore 12% to 36%" in told
+    assert "a safety_factor of 3.1 would allow 12%" in told
 
 
 def test_a_bar_that_wears_out_is_infeasible(cli, tmp_path):
