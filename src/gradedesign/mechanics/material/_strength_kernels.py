@@ -91,28 +91,38 @@ def power_slopes(low, high, entries, weights, stress, half, slope):
         Written; zero before.
     """
     turns, forms, _ = entries.shape
-    product = np.zeros(21)
-    total = np.zeros(21)
-    for p in range(low, high):
+    products, total = np.zeros((21, CHUNK)), np.zeros((21, CHUNK))
+    value = np.zeros(CHUNK)
+    power = np.zeros(CHUNK)
+    for first in range(low, high, CHUNK):
+        count = min(CHUNK, high - first)
         row = 0
         for i in range(6):
             for j in range(i, 6):
-                product[row] = stress[i, p] * stress[j, p]
-                total[row] = 0.0
+                for p in range(CHUNK):
+                    total[row, p] = 0.0
+                for p in range(count):
+                    products[row, p] = stress[i, first + p] * stress[j, first + p]
                 row += 1
         for turn in range(turns):
             for k in range(forms):
-                value = 0.0
-                for c in range(21):
-                    value += entries[turn, k, c] * product[c]
-                power = weights[k] * half / turns
+                for p in range(CHUNK):
+                    value[p] = 0.0
+                for c in range(0, 21, 7):
+                    _add_seven(entries[turn, k, c : c + 7], products[c : c + 7], value)
+                for p in range(CHUNK):
+                    value[p] = max(value[p], 0.0)
+                    power[p] = weights[k] * half / turns
                 for _ in range(half - 1):
-                    power *= max(value, 0.0)
+                    for p in range(CHUNK):
+                        power[p] *= value[p]
                 for c in range(21):
-                    total[c] += power * entries[turn, k, c]
+                    for p in range(CHUNK):
+                        total[c, p] += power[p] * entries[turn, k, c]
         row = 0
         for i in range(6):
             for j in range(i, 6):
-                slope[i, p] += total[row] * stress[j, p]
-                slope[j, p] += total[row] * stress[i, p]
+                for p in range(count):
+                    slope[i, first + p] += total[row, p] * stress[j, first + p]
+                    slope[j, first + p] += total[row, p] * stress[i, first + p]
                 row += 1
