@@ -46,12 +46,12 @@ def shown(value: object) -> str:
     return f"a {type(value).__name__}"
 
 
-def listed(words: Iterable[str]) -> str:
-    """Join words by commas, the first two dozen of them."""
+def listed(words: Iterable[str], most: int = _MOST_WORDS) -> str:
+    """Join words by commas, the first two dozen, or ``most``, of them."""
     every = list(words)
-    text = ", ".join(every[:_MOST_WORDS])
-    if len(every) > _MOST_WORDS:
-        text += f" and {len(every) - _MOST_WORDS} more"
+    text = ", ".join(every[:most])
+    if len(every) > most:
+        text += f" and {len(every) - most} more"
     return text
 
 

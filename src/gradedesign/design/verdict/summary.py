@@ -16,10 +16,12 @@ from gradedesign.design.loop.accepted_rows import unjudged_words, without_band
 from gradedesign.design.loop.ended import Ended
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.iteration_steps import predict
+from gradedesign.design.resolve.cell_choice import element_bounds
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.lattice_files import outer_data
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.verdict.acceptance_data import acceptance_data, measure_data
+from gradedesign.design.verdict.at_lower_density import at_lower_density
 from gradedesign.design.verdict.common import (
     common_entries,
     latticed_mass,
@@ -39,7 +41,7 @@ from gradedesign.design.verdict.shown import Shown
 from gradedesign.design.verdict.stress_warnings import coarse_layer, stress_warnings
 from gradedesign.geometry.tets.meshed_surface import failed_attempts
 from gradedesign.mechanics.explicit.correction import Correction
-from gradedesign.mechanics.limits.limit import Limit, predicted_row
+from gradedesign.mechanics.limits.limit import predicted_row
 from gradedesign.mechanics.limits.verdict import TIGHT, is_tight, why_infeasible
 from gradedesign.mechanics.sizing.homogenised import lattice_mass, total_mass
 from gradedesign.mechanics.sizing.size import SizingResult
@@ -148,10 +150,10 @@ def verdict_result(
         warnings += accepted.analysed.result.solved.division.refused
     yields, told = stress_warnings(model.limits, result)
     warnings += [*told, *_body_warnings(printed, accepted, checked=case.print is not None)]
-    warnings += design_notes(model.limits, part.lattice_volumes, design.rho)
     mapping = mapping_data(case.lattice, design.variables)
     density = plan.material.density
     mass, lattice = printed.mass_g(density), printed.mass_g(density, "lattice")
+    warnings += _design_notes(model, design.rho, lattice)
     return RunResult(
         status=status,
         lightest=status == "met" and tight,
@@ -206,9 +208,11 @@ def printed_data(printed: PrintedBody) -> dict[str, Any]:
     }
 
 
-def design_notes(limits: Sequence[Limit], volumes: FloatArray, rho: FloatArray) -> list[str]:
-    """Remarks of the limits on the densities of a design."""
-    return [note for limit in limits for note in limit.notes(volumes, rho)]
+def _design_notes(model: DesignModel, rho: FloatArray, lattice: float) -> list[str]:
+    """Remarks on the densities of a design whose lattice weighs so much, g."""
+    volumes = model.homogenised.lattice_volumes
+    noted = [note for limit in model.limits for note in limit.notes(volumes, rho)]
+    return noted + at_lower_density(rho, element_bounds(model.cells)[0], volumes, lattice)
 
 
 def best_iteration(iterations: Sequence[DesignIteration]) -> DesignIteration:

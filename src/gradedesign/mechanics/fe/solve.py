@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.common.system.progress import stepping
+from gradedesign.common.values.suggest import listed
 from gradedesign.errors import ResourceError, SolverError
 from gradedesign.mechanics.fe.assembly import matvec
 from gradedesign.mechanics.fe.elastic_system import ElasticSystem, prepare_elastic
@@ -111,7 +112,7 @@ def solve_roughly(
         right = np.stack([free * right_hand_side(system.matrix, cases[k]) for k in members])
         solver = _for_size(system.solver, int(np.count_nonzero(free)))
         start = galerkin_start(system.matrix, free, right, system.earlier)
-        with stepping(f"solving {_names(cases[k].name for k in members)}"):
+        with stepping(f"solving {listed(dict.fromkeys(cases[k].name for k in members), 2)}"):
             answer = _prepared(system, solver, key, fixed)(right, start, rtol)
         _require_answer(solver, answer, right.shape)
         for k, x, force in zip(members, answer.x, right, strict=True):
@@ -121,14 +122,6 @@ def solve_roughly(
             if not np.linalg.norm(left) <= _STALLED * rtol * np.linalg.norm(force):
                 found[k] = solve_cases(system, [cases[k]], rtol=ACCEPTED)[0].displacement
     return [found[k] for k in range(len(cases))]
-
-
-def _names(names: Iterable[str]) -> str:
-    """Load cases that are solved together, for a line of progress: the first, and how many more."""
-    first, *others = dict.fromkeys(names)
-    if len(others) < 2:
-        return ", ".join([first, *others])
-    return f"{first} and {len(others)} more"
 
 
 def prepared_solve(system: ElasticSystem, fixed: BoolArray) -> Solve:
@@ -252,7 +245,7 @@ def _iterated(
     open_cases = list(range(len(cases)))
     for tightening in range(1 + _TIGHTENINGS):
         goal = rtol * _TIGHTER**tightening
-        with stepping(f"solving {_names(cases[k].name for k in open_cases)}"):
+        with stepping(f"solving {listed(dict.fromkeys(cases[k].name for k in open_cases), 2)}"):
             answer = solve(right[open_cases], x[open_cases], goal)
         _require_answer(solver, answer, (len(open_cases), right.shape[1]))
         x[open_cases] = answer.x
