@@ -77,7 +77,7 @@ def mean_powers(low, high, entries, stress, half, mean):
 
 @njit(cache=True, nogil=True)
 def power_slopes(low, high, entries, weights, stress, half, slope):
-    """Fill the derivative by stress of the weighted sum of `mean_powers` over its forms.
+    """Fill the derivative by stress of ``(weights . mean_powers) ** (1 / (2 half))``.
 
     Parameters
     ----------
@@ -86,24 +86,28 @@ def power_slopes(low, high, entries, weights, stress, half, slope):
     entries : (turns, k, 21) float64 array
     weights : (k,) float64 array
     stress : (6, n) float64 array
+        None so large or small that its power with exponent ``2 half`` overflows or vanishes.
     half : int
     slope : (6, n) float64 array
-        Written; zero before.
+        Written; zero before, and where the sum vanishes.
     """
     turns, forms, _ = entries.shape
-    products, total = np.zeros((21, CHUNK)), np.zeros((21, CHUNK))
+    products, by_product = np.zeros((21, CHUNK)), np.zeros((21, CHUNK))
     value = np.zeros(CHUNK)
     power = np.zeros(CHUNK)
+    total = np.zeros(CHUNK)
     for first in range(low, high, CHUNK):
         count = min(CHUNK, high - first)
         row = 0
         for i in range(6):
             for j in range(i, 6):
                 for p in range(CHUNK):
-                    total[row, p] = 0.0
+                    by_product[row, p] = 0.0
                 for p in range(count):
                     products[row, p] = stress[i, first + p] * stress[j, first + p]
                 row += 1
+        for p in range(CHUNK):
+            total[p] = 0.0
         for turn in range(turns):
             for k in range(forms):
                 for p in range(CHUNK):
@@ -112,17 +116,23 @@ def power_slopes(low, high, entries, weights, stress, half, slope):
                     _add_seven(entries[turn, k, c : c + 7], products[c : c + 7], value)
                 for p in range(CHUNK):
                     value[p] = max(value[p], 0.0)
-                    power[p] = weights[k] * half / turns
+                    power[p] = weights[k] / turns
                 for _ in range(half - 1):
                     for p in range(CHUNK):
                         power[p] *= value[p]
+                for p in range(CHUNK):
+                    total[p] += power[p] * value[p]
                 for c in range(21):
                     for p in range(CHUNK):
-                        total[c, p] += power[p] * entries[turn, k, c]
+                        by_product[c, p] += power[p] * entries[turn, k, c]
+        for p in range(count):
+            # Of the root: half of its derivative by the sum, times that of the power.
+            value[p] = 0.5 * total[p] ** (0.5 / half - 1.0) if total[p] > 0.0 else 0.0
         row = 0
         for i in range(6):
             for j in range(i, 6):
                 for p in range(count):
-                    slope[i, first + p] += total[row, p] * stress[j, first + p]
-                    slope[j, first + p] += total[row, p] * stress[i, first + p]
+                    by = value[p] * by_product[row, p]
+                    slope[i, first + p] += by * stress[j, first + p]
+                    slope[j, first + p] += by * stress[i, first + p]
                 row += 1

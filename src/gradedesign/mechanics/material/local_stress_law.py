@@ -98,8 +98,7 @@ class LocalStressLaw:
         slope = np.zeros(stress.shape)
         for surface, weight in zip(self.surfaces, by_profile, strict=True):
             some = np.flatnonzero(weight)
-            local = surface.local_stress(stress[:, some])
-            slope[:, some] += weight[some, None] * surface.slope(stress[:, some], local)
+            slope[:, some] += weight[some, None] * surface.slope(stress[:, some])
         return slope / stress.shape[2]
 
     def least_density(

@@ -61,8 +61,8 @@ class StrengthSurface:
         terms = symmetric_powers(self.forms, stress, self.exponent, self.symmetry)
         return np.asarray(np.tensordot(self.weights, terms, axes=1) ** (1 / self.exponent))
 
-    def slope(self, stress: FloatArray, local: FloatArray) -> FloatArray:
-        """Derivative of the local stress ``local`` by the macroscopic one, ``(6, ...)``.
+    def slope(self, stress: FloatArray) -> FloatArray:
+        """Derivative of the local stress by the macroscopic one, ``(6, ...)``.
 
         Zero where there is no stress.
         """
@@ -72,11 +72,12 @@ class StrengthSurface:
 
         entries, flat = _kernel_arguments(self.forms, stress, self.symmetry)
         # Of a multiple of the stress, of degree 0: its powers neither overflow nor vanish.
-        flat = flat / np.where(local > 0, local, 1.0).reshape(-1)
+        largest = np.abs(flat).max(axis=0, initial=0.0)
+        flat = flat / np.where(largest > 0, largest, 1.0)
         slope = np.zeros(flat.shape)
         numbers = range(0, flat.shape[1], CHUNK)
         in_ranges(power_slopes, numbers, entries, self.weights, flat, self.exponent // 2, slope)
-        return np.asarray((slope / self.exponent).reshape(stress.shape))
+        return np.asarray(slope.reshape(stress.shape))
 
 
 def symmetric_powers(
