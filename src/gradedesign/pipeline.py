@@ -67,6 +67,7 @@ from gradedesign.program.outputs.finished import finished_result
 from gradedesign.program.outputs.printed_files import write_printed, written_back
 from gradedesign.program.store.run_folder import RunFolder
 from gradedesign.program.store.stages import (
+    begun_budget,
     default_folder,
     design_key,
     load_acceptance,
@@ -174,7 +175,7 @@ def _run_stages(case: Case, registry: Registry, out: RunFolder, announce: Announ
     """Run the stages in order and write the result."""
     cost = RunCost(budget=case.run)
     with announce.stage("part"):
-        model = prepare(case, registry, announce.listener)
+        model = _prepared(case, registry, out, announce)
     announce.part(model)
     with announce.stage("solid"):
         model = with_solid(model, solve_solid(model.homogenised))
@@ -191,6 +192,18 @@ def _run_stages(case: Case, registry: Registry, out: RunFolder, announce: Announ
         return _stop_early(model, registry, out, announce)
     cost.predict(model, announce)
     return loop(model, registry, out, announce, cost)
+
+
+def _prepared(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -> DesignModel:
+    """The part of a case, with a lower density that the budgets hold with which its run began.
+
+    By the time with which a run is resumed it would fall, and finished iterations would be of
+    another lattice than the ones to come, which would take longer than that time.
+    """
+    begun = case.model_copy(update={"run": begun_budget(out, case.case_hash, case.run)})
+    model = prepare(begun, registry, announce.listener)
+    now = model.plan.case.model_copy(update={"run": case.run})
+    return replace(model, plan=replace(model.plan, case=now))
 
 
 def _stop_early(

@@ -140,7 +140,16 @@ def test_a_run_whose_surface_cannot_be_written_keeps_its_rows(cli, tmp_path, mon
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_a_run_that_time_ended_goes_on_with_more_of_it_and_then_no_further(cli, tmp_path):
+def test_a_run_that_time_ended_goes_on_with_more_of_it_and_then_no_further(
+    cli, tmp_path, monkeypatch
+):
+    prepare, budgets = pipeline.prepare, []
+
+    def prepared(case, *more):
+        budgets.append(case.run.time)
+        return prepare(case, *more)
+
+    monkeypatch.setattr(pipeline, "prepare", prepared)
     case = tmp_path / "case.toml"
     text = CASE.replace("[run]", '[run]\ntime = "1 s"').replace("price = false", "")
     case.write_text(text, encoding="utf-8")
@@ -175,6 +184,8 @@ def test_a_run_that_time_ended_goes_on_with_more_of_it_and_then_no_further(cli, 
     longer = cli("run", tmp_path, "-o", run, "--resume")
     assert longer.code == 4
     assert "iteration 1 (resumed)" in longer.out
+    # More time would let the lower density fall, and iterations would be of two lattices.
+    assert budgets == [1.0, 1.0]
     assert "this lattice cannot reach the limit on displacement of tip magnitude" in one_line(
         longer.out
     )

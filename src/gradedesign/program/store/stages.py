@@ -10,6 +10,7 @@ from typing import Any
 
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.cache import content_key
+from gradedesign.design.case.run_schema import RunSpec
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.iteration_row import iteration_from_json
 from gradedesign.design.loop.loop_stages import Judged
@@ -56,6 +57,16 @@ def design_key(model: DesignModel) -> str:
         mesh.points,
         mesh.tets,
     )
+
+
+def begun_budget(out: RunFolder, case_hash: str, run: RunSpec) -> RunSpec:
+    """Memory and time with which a run folder was begun, ``run``'s own where it begins now."""
+    key = content_key("budget", case_hash)
+    stored = out.load_stage("budget", key)
+    if stored is not None:
+        return run.model_copy(update=dict(stored[1]))
+    out.save_stage("budget", key, {}, {"memory": run.memory, "time": run.time})
+    return run
 
 
 def save_iteration(out: RunFolder, key: str, iteration: DesignIteration) -> None:
