@@ -175,7 +175,13 @@ def _run_stages(case: Case, registry: Registry, out: RunFolder, announce: Announ
     """Run the stages in order and write the result."""
     cost = RunCost(budget=case.run)
     with announce.stage("part"):
-        model = _prepared(case, registry, out, announce)
+        # By more time, with which a run is resumed, the lower density would fall: iterations that
+        # are finished would be of another lattice than the ones to come.
+        begun = begun_budget(out, case.case_hash, case.run)
+        model = prepare(case.model_copy(update={"run": begun}), registry, announce.listener)
+        resolved = model.plan.case
+        now = resolved.model_copy(update={"run": case.run})
+        model = replace(model, plan=replace(model.plan, case=now))
     announce.part(model)
     with announce.stage("solid"):
         model = with_solid(model, solve_solid(model.homogenised))
@@ -192,18 +198,6 @@ def _run_stages(case: Case, registry: Registry, out: RunFolder, announce: Announ
         return _stop_early(model, registry, out, announce)
     cost.predict(model, announce)
     return loop(model, registry, out, announce, cost)
-
-
-def _prepared(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -> DesignModel:
-    """The part of a case, with a lower density that the budgets hold with which its run began.
-
-    By the time with which a run is resumed it would fall, and finished iterations would be of
-    another lattice than the ones to come, which would take longer than that time.
-    """
-    begun = case.model_copy(update={"run": begun_budget(out, case.case_hash, case.run)})
-    model = prepare(begun, registry, announce.listener)
-    now = model.plan.case.model_copy(update={"run": case.run})
-    return replace(model, plan=replace(model.plan, case=now))
 
 
 def _stop_early(
@@ -231,6 +225,7 @@ def loop(
 ) -> RunResult:
     """Run the loop on a prepared part, from where an earlier run stopped, and write the verdict."""
     plan, case, key = model.plan, model.plan.case, design_key(model)
+    begun_budget(out, case.case_hash, case.run, begins=True)
     iterations = load_iterations(out, key)
     for iteration in iterations:
         announce.iteration(iteration, resumed=True)

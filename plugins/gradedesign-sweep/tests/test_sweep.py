@@ -265,7 +265,7 @@ CASES = Path(__file__).parents[3] / "cases"
 @pytest.mark.parametrize(
     ("path", "count"),
     [
-        ("engine-bracket/study.toml", 3),
+        ("engine-bracket/study.toml", 2),
         ("ramirez-cantilever/mesh.toml", 6),
         ("ramirez-whole/grading.toml", 2),
     ],

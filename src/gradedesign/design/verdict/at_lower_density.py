@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.design.loop.iteration import AT_BOUND
 
 #: Share of the lattice from which on its lower density, more than its limits, sets its mass.
 #: Chosen, not measured.
 _MOST = 0.5
+#: A density counts as at its lower bound within this relative distance. Chosen, not measured.
+_AT = 1e-3
 
 
 def at_lower_density(
@@ -26,7 +27,7 @@ def at_lower_density(
     []
     """
     solid = rho * volumes
-    at = rho <= least * (1 + AT_BOUND)
+    at = rho <= least * (1 + _AT)
     share = float(volumes[at].sum() / volumes.sum()) if volumes.any() else 0.0
     if share <= _MOST:
         return []

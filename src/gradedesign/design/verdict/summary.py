@@ -16,7 +16,7 @@ from gradedesign.design.loop.accepted_rows import unjudged_words, without_band
 from gradedesign.design.loop.ended import Ended
 from gradedesign.design.loop.iteration import DesignIteration
 from gradedesign.design.loop.iteration_steps import predict
-from gradedesign.design.resolve.cell_choice import element_bounds
+from gradedesign.design.resolve.cell_choice import CellChoice, element_bounds
 from gradedesign.design.resolve.design_model import DesignModel
 from gradedesign.design.resolve.lattice_files import outer_data
 from gradedesign.design.resolve.registry import Registry
@@ -41,7 +41,7 @@ from gradedesign.design.verdict.shown import Shown
 from gradedesign.design.verdict.stress_warnings import coarse_layer, stress_warnings
 from gradedesign.geometry.tets.meshed_surface import failed_attempts
 from gradedesign.mechanics.explicit.correction import Correction
-from gradedesign.mechanics.limits.limit import predicted_row
+from gradedesign.mechanics.limits.limit import Limit, predicted_row
 from gradedesign.mechanics.limits.verdict import TIGHT, is_tight, why_infeasible
 from gradedesign.mechanics.sizing.homogenised import lattice_mass, total_mass
 from gradedesign.mechanics.sizing.size import SizingResult
@@ -153,7 +153,7 @@ def verdict_result(
     mapping = mapping_data(case.lattice, design.variables)
     density = plan.material.density
     mass, lattice = printed.mass_g(density), printed.mass_g(density, "lattice")
-    warnings += _design_notes(model, design.rho, lattice)
+    warnings += _design_notes(model.limits, model.cells, part.lattice_volumes, design.rho, lattice)
     return RunResult(
         status=status,
         lightest=status == "met" and tight,
@@ -208,11 +208,16 @@ def printed_data(printed: PrintedBody) -> dict[str, Any]:
     }
 
 
-def _design_notes(model: DesignModel, rho: FloatArray, lattice: float) -> list[str]:
+def _design_notes(
+    limits: Sequence[Limit],
+    cells: CellChoice,
+    volumes: FloatArray,
+    rho: FloatArray,
+    lattice: float,
+) -> list[str]:
     """Remarks on the densities of a design whose lattice weighs so much, g."""
-    volumes = model.homogenised.lattice_volumes
-    noted = [note for limit in model.limits for note in limit.notes(volumes, rho)]
-    return noted + at_lower_density(rho, element_bounds(model.cells)[0], volumes, lattice)
+    noted = [note for limit in limits for note in limit.notes(volumes, rho)]
+    return noted + at_lower_density(rho, element_bounds(cells)[0], volumes, lattice)
 
 
 def best_iteration(iterations: Sequence[DesignIteration]) -> DesignIteration:

@@ -59,13 +59,17 @@ def design_key(model: DesignModel) -> str:
     )
 
 
-def begun_budget(out: RunFolder, case_hash: str, run: RunSpec) -> RunSpec:
-    """Memory and time with which a run folder was begun, ``run``'s own where it begins now."""
+def begun_budget(out: RunFolder, case_hash: str, run: RunSpec, *, begins: bool = False) -> RunSpec:
+    """``run`` with the memory and time with which the loop of a run folder began.
+
+    ``begins``: it begins now, unless it has begun before.
+    """
     key = content_key("budget", case_hash)
     stored = out.load_stage("budget", key)
     if stored is not None:
         return run.model_copy(update=dict(stored[1]))
-    out.save_stage("budget", key, {}, {"memory": run.memory, "time": run.time})
+    if begins:
+        out.save_stage("budget", key, {}, {"memory": run.memory, "time": run.time})
     return run
 
 
