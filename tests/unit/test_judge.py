@@ -102,6 +102,23 @@ def test_a_stated_density_is_judged_by_its_file(tmp_path):
     assert "MET: every limit holds" in said.output
 
 
+def test_fatigue_of_a_pulled_bar_is_judged_to_the_end(tmp_path):
+    """8 kN on 80 mm^2 are 100 MPa, and nothing of a body without members is left unjudged."""
+    limits = 'fatigue = [{cycles = 1e5, ratio = 0.1, surface = "as-built", safety_factor = 2}]'
+    case = CASE.replace('displacement = [{region = "tip", magnitude = "0.1 mm"}]', limits)
+    case = case.replace('["0 N", "0 N", "-300 N"]', '["8 kN", "0 N", "0 N"]')
+    said = judged(tmp_path, (40.0, 8.0, 10.0), "--json", case=case)
+    assert said.exit_code == 0, said.output
+    data = json.loads(said.stdout)
+    (row,) = data["limits"]
+    # The clamped end is left out as far as the exclusion radius; the rest pulls evenly.
+    assert row["value"] == pytest.approx(100.0, rel=0.06)
+    # 304.5 MPa of amplitude at 1e5 cycles and R = -1, by Walker's rule with 0.5, over 2.
+    assert row["limit"] == pytest.approx(304.5 * (2 / 0.9) ** 0.5 / 2, rel=1e-3)
+    left = [told for told in data["warnings"] if "not judged" in told]
+    assert [told.partition(":")[0] for told in left] == ["buckling of cells"]
+
+
 def test_limits_of_the_printed_solid_are_judged_too(tmp_path):
     """All of the bar is 8 mm thick or more, and none of its keys would make it thicker."""
     printed = CASE + '[print]\n[print.limits]\nthickness = "9 mm"\nislands = 0\n'
