@@ -130,7 +130,6 @@ def judge_body(model: DesignModel, body: Part, announce: Announcer) -> JudgedBod
             f"which no cells are known; expected e.g. a displacement or a stress"
         )
     known = {row.key for row in rows}
-    # A body without members lacks nothing: the limit on the rest judges all of it.
     left = [_named(limit) for limit in limits if not (limit.key in known or limit.may_lack)]
     words = (_AS_IS, unjudged, left and f"not judged: {', '.join(left)}")
     return JudgedBody(
