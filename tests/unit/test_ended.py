@@ -12,6 +12,7 @@ from gradedesign.design.loop.ended import TIGHT_END, Ended, enclosed_end
 from gradedesign.design.loop.iteration_row import Iteration, LimitIteration
 from gradedesign.design.loop.saturation import density_gain, never_held, sentence
 from gradedesign.design.verdict import summary
+from gradedesign.design.verdict.at_lower_density import at_lower_density
 from gradedesign.design.verdict.result import RunResult, as_json, from_json
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.row import LimitRow
@@ -111,6 +112,12 @@ def test_a_lattice_at_its_lower_density_says_what_a_lower_one_would_save(verdict
         "tenth, by larger cells, a smaller [lattice] density or more [run] memory and time, the "
         "part would be up to 0.579 g lighter",
     )
+
+
+def test_void_is_no_lattice_that_could_be_lighter():
+    every = np.ones(2)
+    assert at_lower_density(0.2 * every, np.array(0.2), every, 1.0)
+    assert at_lower_density(0.2 * every, np.array(0.2), every, 0.0) == []
 
 
 def test_a_design_that_is_not_the_lightest_says_so_in_the_verdict(verdict):

@@ -110,9 +110,11 @@ def test_fatigue_of_a_pulled_bar_is_judged_to_the_end(tmp_path):
     said = judged(tmp_path, (40.0, 8.0, 10.0), "--json", case=case)
     assert said.exit_code == 0, said.output
     data = json.loads(said.stdout)
-    (row,) = data["limits"]
-    # The clamped end is left out as far as the exclusion radius; the rest pulls evenly.
-    assert row["value"] == pytest.approx(100.0, rel=0.06)
+    (row,), (solid,) = data["limits"], data["solid"]
+    # As near to tetrahedra of scikit-fem as the displacements of this bar, above; what exceeds 100
+    # MPa lies at the clamped end, beyond the exclusion radius.
+    assert row["value"] == pytest.approx(solid["value"], rel=0.006)
+    assert row["band"]["low"] < 100.0 < row["value"] < 105.0
     # 304.5 MPa of amplitude at 1e5 cycles and R = -1, by Walker's rule with 0.5, over 2.
     assert row["limit"] == pytest.approx(304.5 * (2 / 0.9) ** 0.5 / 2, rel=1e-3)
     left = [told for told in data["warnings"] if "not judged" in told]

@@ -18,6 +18,8 @@ def at_lower_density(
 ) -> list[str]:
     """A remark where most of the lattice stands at its lower density, and what lets it fall.
 
+    None on void, which is a lattice without mass.
+
     ``rho (M,)``: of every tetrahedron. ``least``: ``(M,)`` or a number, the lower bound. ``volumes
     (M,)``, mm^3, of the lattice. ``mass``, g, of the whole lattice.
 
@@ -29,7 +31,7 @@ def at_lower_density(
     solid = rho * volumes
     at = rho <= least * (1 + _AT)
     share = float(volumes[at].sum() / volumes.sum()) if volumes.any() else 0.0
-    if share <= _MOST:
+    if share <= _MOST or mass == 0.0:
         return []
     held = mass * float(solid[at].sum() / solid.sum())
     return [
