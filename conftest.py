@@ -73,15 +73,10 @@ def cli(capsys):
     return call
 
 
-@pytest.fixture
-def undrawn(monkeypatch):
-    """Leave out the pictures of runs and checks, for tests of something else."""
-    leave_out_pictures(monkeypatch)
-
-
 def leave_out_pictures(patch):
-    """Do so for a fixture that lives longer than a test."""
+    """Leave the pictures out of runs, checks and new cases."""
     patch.setattr("gradedesign.program.commands.check.picture_loads", lambda *_, **__: ())
+    patch.setattr("gradedesign.program.commands.new.picture_loads", lambda *_, **__: ())
     patch.setattr("gradedesign.program.outputs.files.write_scene", lambda *_: ())
     for name in ("loads", "density", "lattice", "stress", "deformed"):
         patch.setattr(
@@ -89,9 +84,17 @@ def leave_out_pictures(patch):
         )
 
 
-@pytest.fixture(scope="module")
-def undrawn_module():
-    """`undrawn` for a whole module."""
+@pytest.fixture(scope="session", autouse=True)
+def undrawn():
+    """No pictures for tests of something else."""
     with pytest.MonkeyPatch.context() as patch:
         leave_out_pictures(patch)
-        yield
+        yield patch
+
+
+@pytest.fixture(scope="module")
+def drawn(undrawn):
+    """Pictures for a module that looks at them."""
+    undrawn.undo()
+    yield
+    leave_out_pictures(undrawn)

@@ -54,13 +54,9 @@ class Variant:
     border: dict
 
 
-def support_variants(count, seed):
-    """Variants of every kind in turn."""
-    rng = np.random.default_rng(seed)
-    return [variant(KINDS[number % len(KINDS)], rng) for number in range(count)]
-
-
-def variant(kind, rng):
+def support_variant(number, seed):
+    """A variant; kinds in turn."""
+    kind, rng = KINDS[number % len(KINDS)], np.random.default_rng([seed, number])
     size = rng.uniform(8.0, 40.0, 3)
     axis, side = int(rng.integers(3)), int(rng.integers(2))
     specs = {"face": {"plane": f"{'xyz'[axis]} = {('min', 'max')[side]}"}}

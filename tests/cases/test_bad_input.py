@@ -364,7 +364,6 @@ def test_78_a_cell_that_breaks_its_contract(cli, home, monkeypatch, value, word)
     refused(cli, home, 7, ["lattice.cell", "acme-cell", word])
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_failed_run_does_not_stand_in_the_way(cli, home):
     write(home, BOX_CASE.replace('"PA12"', '"PA21"'))
     refused(cli, home, 2, ["PA12"])
@@ -374,7 +373,6 @@ def test_a_failed_run_does_not_stand_in_the_way(cli, home):
     assert "PARTIAL" in ended.out
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_run_folder_of_another_case_is_kept(cli, home):
     run = home.parent / "run"
     write(home, BOX_CASE)

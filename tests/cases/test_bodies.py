@@ -64,7 +64,6 @@ def disturbed_stl(path, surface, records):
     return digest
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_two_bodies_run_to_a_verdict(cli, folder, monkeypatch):
     with monkeypatch.context() as disturbing:
         disturbing.setattr(printed_files, "write_stl", disturbed_stl)
@@ -168,7 +167,6 @@ def test_halves_that_touch_are_refused_unless_they_are_joined(cli, folder, bodie
     assert "case.toml:" in said
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_halves_that_are_joined_are_the_bar(cli, folder):
     (folder / "two.stl").write_bytes(binary(HALVES))
     text = (folder / "case.toml").read_text(encoding="utf-8")

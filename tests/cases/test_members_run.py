@@ -42,7 +42,6 @@ def ran(folder, cli, phases, run):
     return result, ended
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_members_save_mass_and_are_in_the_printed_file(tmp_path, cli):
     stop = 'stop_after = "lattice"'
     members, ended = ran(tmp_path / "members", cli, MEMBERS, stop)
@@ -67,7 +66,6 @@ def without_cells(text):
     return f'{before}phases = ["solid", "void"]\nleast_member = "2.6 mm"{after}'
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_members_without_cells_are_the_whole_body(tmp_path, cli, monkeypatch):
     """Of less mass than with cells; a rounding error beside a member is of it, not of a lattice."""
     stress = without_cells(CASE).replace("[limits]\n", "[limits]\nsafety_factor = 2\n")
@@ -108,7 +106,6 @@ def test_members_without_cells_may_buckle(tmp_path, cli, limits, told):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("undrawn")
 def test_members_are_accepted_and_their_stress_is_a_row_of_its_own(tmp_path, cli):
     stress = 'acceptance = "whole"\nmax_iterations = 6'
     result, ended = ran(tmp_path / "case", cli, MEMBERS, stress)

@@ -39,7 +39,6 @@ def ran(folder, cli, *, moves, stress="", run="", c=0.4, code=0):
     return json.loads((folder / "r" / "result.json").read_text(encoding="utf-8")), ended.out
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_the_homogenised_design_says_its_factor(tmp_path, cli):
     """A law one per cent stronger: the same map, from that much more stress."""
     stop = 'stop_after = "sizing"'
@@ -53,7 +52,6 @@ def test_the_homogenised_design_says_its_factor(tmp_path, cli):
     assert strong["mass_g"] == pytest.approx(weak["mass_g"], rel=1e-4)
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_what_the_solid_part_breaks_is_infeasible(tmp_path, cli):
     """Solid it moves 5e-4 mm at least: by its bending alone, F l^3 / 3 E I."""
     result, _ = ran(tmp_path / "case", cli, moves=0.0005, code=4)
@@ -62,7 +60,6 @@ def test_what_the_solid_part_breaks_is_infeasible(tmp_path, cli):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("undrawn")
 def test_a_limit_that_no_scale_holds_is_not_met(tmp_path, cli):
     result, out = ran(tmp_path / "case", cli, moves=0.006, code=4)
     assert result["status"] == "not_met"
@@ -73,7 +70,6 @@ def test_a_limit_that_no_scale_holds_is_not_met(tmp_path, cli):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("undrawn")
 def test_a_run_ends_met_on_its_whole_surface(tmp_path, cli):
     result, out = ran(tmp_path / "case", cli, moves=0.035, stress="safety_factor = 2")
     assert result["status"] == "met"

@@ -118,7 +118,6 @@ def one_line(text):
     return " ".join(text.split())
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_run_whose_surface_cannot_be_written_keeps_its_rows(cli, tmp_path, monkeypatch):
     def open_surface(*_):
         raise LatticeError("the surface does not close")
@@ -139,7 +138,6 @@ def test_a_run_whose_surface_cannot_be_written_keeps_its_rows(cli, tmp_path, mon
     assert "the limits are those of iteration 1 by its explicit analysis" in report
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_run_that_time_ended_goes_on_with_more_of_it_and_then_no_further(
     cli, tmp_path, monkeypatch
 ):

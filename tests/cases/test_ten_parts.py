@@ -26,7 +26,7 @@ def rows_of(case, tmp_path):
     return {row.key: row for row in result.limits}, read
 
 
-@pytest.mark.usefixtures("undrawn", "without_bodies_of_its_own")
+@pytest.mark.usefixtures("without_bodies_of_its_own")
 def test_a_plate_under_pressure_lies_in_its_band(tmp_path):
     """Of 1.5 mm on one cell: by pytetwild 0.01323 mm, see the slow test for it and nine others."""
     (row,) = rows_of(PARTS["pressure on a face"], tmp_path)[0].values()
@@ -47,7 +47,7 @@ FEATURES = [
 @pytest.mark.slow
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("feature", FEATURES)
-@pytest.mark.usefixtures("undrawn", "without_bodies_of_its_own")
+@pytest.mark.usefixtures("without_bodies_of_its_own")
 def test_the_printed_file_solved_apart_lies_in_the_band(tmp_path, feature):
     """Each displacement, from the tetrahedra of two sizes that its own band extrapolates."""
     rows, case = rows_of(PARTS[feature], tmp_path)

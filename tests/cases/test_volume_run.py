@@ -60,7 +60,6 @@ def tip(result):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("undrawn")
 def test_a_run_with_volumes_ends_as_one_with_regions(tmp_path, cli):
     volumes = ran(tmp_path / "volumes", VOLUMES, cli)
     regions = ran(tmp_path / "regions", LAYERS, cli)

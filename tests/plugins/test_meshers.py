@@ -41,7 +41,6 @@ def installed(mesher_site, tmp_path, monkeypatch):
     sys.modules.pop("gradedesign_acme_mesher", None)
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_run_meshes_its_part_with_the_mesher_that_the_case_names(installed, tmp_path, cli):
     assert tomllib.loads(PART)["part"]["mesher"] == "acme-bricks"
     (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
@@ -69,7 +68,6 @@ def test_an_unknown_mesher_is_refused_with_those_that_are_registered(installed, 
     assert 'did you mean "acme-bricks"? available: acme-bricks, pytetwild' in wrong.err
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_mesher_that_fails_is_told_as_one(installed, tmp_path, cli, mesher_site, monkeypatch):
     text = (mesher_site / "gradedesign_acme_mesher.py").read_text(encoding="utf-8")
     broken = tmp_path / "broken"
@@ -142,7 +140,6 @@ formats = ["report"]
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("undrawn")
 def test_a_window_that_the_mesher_misses_is_left_out_of_a_run(install, tmp_path, cli, monkeypatch):
     install("fake-missing", MISSING)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)

@@ -65,7 +65,6 @@ def written(folder, text=CASE):
     return folder
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_plugins_component_is_in_the_mass_of_the_sized_part(tmp_path, registry):
     case = load_case(written(tmp_path), registry=registry)
     result = gradedesign.run(case, registry, folder=tmp_path / "run")

@@ -56,7 +56,6 @@ def written(folder, text=CASE):
     return folder
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_plugins_limit_goes_from_the_case_file_to_the_sized_lattice(tmp_path, registry):
     case = load_case(written(tmp_path), registry=registry)
     result = gradedesign.run(case, registry, folder=tmp_path / "run")

@@ -71,7 +71,6 @@ def case(tmp_path):
     return write
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_case_is_solved_by_the_solver_of_the_readme(install, case, tmp_path):
     text = (Path(__file__).parents[2] / "plugins" / "README.md").read_text(encoding="utf-8")
     blocks = re.findall(r"^```python\n(.*?)^```$", text, flags=re.DOTALL | re.MULTILINE)

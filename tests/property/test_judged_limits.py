@@ -60,7 +60,7 @@ def a_case(rng):
 
 
 @pytest.mark.parametrize("seed", range(7100, 7124))
-def test_every_stated_limit_has_a_row_that_judges_enough(cli, undrawn, tmp_path, seed):
+def test_every_stated_limit_has_a_row_that_judges_enough(cli, tmp_path, seed):
     text, names, _ = a_case(np.random.default_rng(seed))
     path = tmp_path / "case.toml"
     path.write_text(text, encoding="utf-8")

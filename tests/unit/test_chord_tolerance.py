@@ -17,7 +17,10 @@ from gradedesign.geometry.triangles.surface_mesh import (
 )
 from gradedesign.geometry.triangles.triangle_tree import build_triangle_tree, closest_features
 
-BALL = extract_surface(lambda p: np.linalg.norm(p, axis=0) - 2.0, [-3] * 3, [3] * 3, 0.1)
+
+@pytest.fixture(scope="module")
+def ball():
+    return extract_surface(lambda p: np.linalg.norm(p, axis=0) - 2.0, [-3] * 3, [3] * 3, 0.1)
 
 
 def farthest(points, surface):
@@ -33,18 +36,18 @@ def spread(surface, count=20_000):
 
 
 @pytest.mark.parametrize("tolerance", [0.005, 0.02])
-def test_a_ball_keeps_its_shape_within_the_tolerance(tolerance):
-    found = within_chord(BALL, tolerance)
+def test_a_ball_keeps_its_shape_within_the_tolerance(ball, tolerance):
+    found = within_chord(ball, tolerance)
     assert open_edge_count(found) == 0
     assert len(found.faces) == 2 * len(found.vertices) - 4  # Euler: a ball still
-    assert farthest(BALL.vertices, found) <= 0.6 * tolerance * (1 + 1e-12)
-    assert farthest(spread(BALL), found) <= tolerance
-    assert farthest(spread(found), BALL) <= tolerance
+    assert farthest(ball.vertices, found) <= 0.6 * tolerance * (1 + 1e-12)
+    assert farthest(spread(ball), found) <= tolerance
+    assert farthest(spread(found), ball) <= tolerance
     assert len(crossing_triangles(found.vertices, found.faces, 1e-6)) == 0
     # Equilateral triangles of side a in a sphere of radius r have a sagitta of a^2 / 6 r: at that
     # of the tolerance they are 4 pi r^2 over 0.433 a^2, here less than four times as many.
     equilateral = 4 * np.pi * 4.0 / (0.433 * 6 * 2.0 * tolerance)
-    assert len(found.faces) < 4 * equilateral < 0.6 * len(BALL.faces)
+    assert len(found.faces) < 4 * equilateral < 0.6 * len(ball.faces)
 
 
 def test_flat_faces_are_flat():
@@ -56,12 +59,12 @@ def test_flat_faces_are_flat():
     assert enclosed_volume(found) == pytest.approx(1.0)
 
 
-def test_walls_that_would_cross_stay_apart():
+def test_walls_that_would_cross_stay_apart(ball):
     """Two shells 0.05 mm apart within 0.2 mm: each alone could pass through the other."""
-    outer, inner = BALL.vertices, 0.975 * BALL.vertices
+    outer, inner = ball.vertices, 0.975 * ball.vertices
     two = SurfaceMesh(
         vertices=np.concatenate([outer, inner]),
-        faces=np.concatenate([BALL.faces, BALL.faces[:, ::-1] + len(outer)]),
+        faces=np.concatenate([ball.faces, ball.faces[:, ::-1] + len(outer)]),
     )
     found = within_chord(two, 0.2)
     assert len(found.faces) < len(two.faces)
@@ -70,12 +73,12 @@ def test_walls_that_would_cross_stay_apart():
     assert enclosed_volume(found) > 0
 
 
-def test_a_tolerance_that_cannot_hold_is_refused(monkeypatch):
+def test_a_tolerance_that_cannot_hold_is_refused(ball, monkeypatch):
     with pytest.raises(LatticeError, match="expected a positive length"):
-        within_chord(BALL, 0.0)
+        within_chord(ball, 0.0)
     monkeypatch.setattr(
         chord_tolerance, "crossing_triangles", lambda *_: np.array([[0, 1]], dtype=np.int64)
     )
     monkeypatch.setattr(chord_tolerance, "ROUNDS", 1)
     with pytest.raises(LatticeError, match="state a smaller one"):
-        within_chord(BALL, 0.02)
+        within_chord(ball, 0.02)

@@ -142,7 +142,6 @@ def test_a_finished_run_is_previewed(infeasible, cli, here):
     assert cli("report", here).code == 2
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_json_is_the_result(cli, here):
     ended = cli("run", CASES / "infeasible", "-o", here / "run", "--json")
     assert ended.code == 4

@@ -145,7 +145,6 @@ formats = []
 """
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_case_file_limits_the_work(tmp_path):
     (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
     result = gradedesign.run(gradedesign.load_case(tmp_path), folder=tmp_path / "run")
@@ -193,7 +192,6 @@ MOVED = HOT.replace("hot", "moved").replace(
 )  # fmt: skip
 
 
-@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("idle", [HOT, MOVED], ids=["heated", "moved"])
 def test_a_load_case_without_loads_is_not_judged_by_their_work(tmp_path, idle):
     text = CASE.replace("[limits]\n", idle).replace('load_case = "pull", work', "work")

@@ -36,8 +36,6 @@ stop_after = "sizing"
 formats = []
 """
 
-pytestmark = pytest.mark.usefixtures("undrawn_module")
-
 
 def use(folder, text):
     """Use of the resistance against buckling in the one prediction of a run."""
@@ -49,7 +47,7 @@ def use(folder, text):
 
 
 @pytest.fixture(scope="module")
-def plain(undrawn_module, tmp_path_factory):
+def plain(tmp_path_factory):
     """Use in the case as it stands."""
     return use(tmp_path_factory.mktemp("cut") / "plain", CASE)
 

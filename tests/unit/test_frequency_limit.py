@@ -78,7 +78,6 @@ def analysis(found):
     return SimpleNamespace(mode_values=found)
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_case_file_limits_frequencies_for_every_set_of_supports_once(tmp_path):
     (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
     result = gradedesign.run(gradedesign.load_case(tmp_path), folder=tmp_path / "run")

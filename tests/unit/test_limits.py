@@ -32,8 +32,6 @@ formats = []
 """
 )
 
-pytestmark = pytest.mark.usefixtures("undrawn")
-
 
 @pytest.fixture
 def load(tmp_path):

@@ -157,7 +157,6 @@ def folder(tmp_path):
     return write
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_case_file_limits_the_mean(folder):
     case = gradedesign.load_case(folder())
     result = gradedesign.run(case, folder=folder() / "run")
@@ -171,7 +170,6 @@ def test_a_case_file_limits_the_mean(folder):
     assert row.utilisation == pytest.approx(0.998, abs=0.005)
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_check_lists_the_limit(cli, folder):
     data = json.loads(cli("check", folder(), "--json").out)
     assert {"name": "mean displacement of tip z", "load_case": "down", "allowed": "5 x solid"} in (
@@ -179,7 +177,6 @@ def test_check_lists_the_limit(cli, folder):
     )
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_load_case_that_holds_the_region_does_not_judge_it(folder):
     """A limit of no displacement would always hold there."""
     held = """\
@@ -213,7 +210,6 @@ def test_what_cannot_be_meant_is_refused(cli, folder, swap, words):
     assert words in ended.err
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_without_a_component_the_mean_length_is_judged(folder):
     """A bar twisted at its tip: what the twist moves is judged, and told as such."""
     case = gradedesign.load_case(

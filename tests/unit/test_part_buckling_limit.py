@@ -61,7 +61,6 @@ def limit(least=2.0, **others):
     )  # fmt: skip
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_case_file_limits_the_load_factor_and_sizing_holds_it(tmp_path):
     (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
     result = gradedesign.run(gradedesign.load_case(tmp_path), folder=tmp_path / "run")

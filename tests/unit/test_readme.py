@@ -123,7 +123,6 @@ def small(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_the_python_snippet_runs(small, capsys):
     code = block("python", "gradedesign.run(")
     (path,) = re.findall(r'load_case\("([^"]+)"\)', code)

@@ -115,7 +115,6 @@ def test_generate_prints_no_overlap_twice_and_counts_what_it_changed(tmp_path, c
     assert result["mass_g"] == pytest.approx(0.4 * ANNULUS * 0.93e-3, rel=0.03)
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_run_counts_what_it_changed_in_result_and_report(tmp_path, cli):
     turned = CUBE.copy()
     turned[[3, 7]] = turned[[3, 7], ::-1]

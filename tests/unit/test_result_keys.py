@@ -91,7 +91,6 @@ def test_no_documented_key_is_unknown_to_the_code():
     assert steps - known == set()
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_result_says_where_it_comes_from(tmp_path):
     (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
     case = gradedesign.load_case(tmp_path)
@@ -121,7 +120,6 @@ def test_a_result_says_where_it_comes_from(tmp_path):
     assert gradedesign.load_case(tmp_path).case_hash == data["case_hash"]
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_checksums_are_those_of_the_files(cli, tmp_path):
     from gradedesign.geometry.formats.write_stl import write_stl
     from gradedesign.geometry.part.box import box_surface

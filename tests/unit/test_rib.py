@@ -117,7 +117,6 @@ def test_ribs_that_cross_count_once(tmp_path):
     np.testing.assert_allclose(both, one + (1 - one) * two, atol=1e-12)
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_run_counts_its_mass_and_states_it_in_the_result(tmp_path):
     case = read(tmp_path, ACROSS)
     result = gradedesign.run(case, build_registry(), folder=tmp_path / "out")

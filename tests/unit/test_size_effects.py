@@ -36,9 +36,6 @@ formats = []
 """
 
 
-pytestmark = pytest.mark.usefixtures("undrawn_module")
-
-
 def ran(folder, text):
     """Result of a run, and the messages of its stages by name."""
     folder.mkdir()

@@ -81,7 +81,7 @@ def spacing_that_check_tells(cli, folder, text):
     return float(re.search(r"explicit grid: ([\d.]+) mm", words)[1]), words
 
 
-def test_check_tells_a_finer_grid_for_a_small_part(cli, undrawn, tmp_path):
+def test_check_tells_a_finer_grid_for_a_small_part(cli, tmp_path):
     fine, words = spacing_that_check_tells(cli, tmp_path, CASE)
     assert "and finer: the solid is small" in words
     stated, words = spacing_that_check_tells(cli, tmp_path, CASE + "elements_per_wall = 0.7\n")

@@ -49,7 +49,6 @@ stop_after = "solid"
 [output]
 formats = [{formats}]
 """
-pytestmark = pytest.mark.usefixtures("undrawn")
 
 
 def bar(folder, limit, formats=""):

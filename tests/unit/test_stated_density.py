@@ -72,7 +72,6 @@ def test_a_ramp_is_generated_with_picture_surface_and_slabs(tmp_path, cli):
     assert "overwrite" in again.err
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_an_output_that_has_nothing_to_write_says_so(tmp_path, cli):
     for name, output in (("stated", '[output]\nformats = ["stl", "vtu"]\n'), ("default", "")):
         case = write(tmp_path, CASE + "density = 0.3\n" + output)

@@ -59,7 +59,6 @@ def size(path):
     return gradedesign.run(gradedesign.load_case(path), folder=path.parent / "run")
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_pulled_bar_gets_the_density_of_the_hand_calculation(stated):
     """``F L / (c rho^n E A)`` is the limit of 0.1 mm at rho = (F L / (c E A u))^(1/n)."""
     swap = (", strength = {c = 0.3, n = 1.5}", "")
@@ -79,7 +78,6 @@ def test_a_pulled_bar_gets_the_density_of_the_hand_calculation(stated):
     assert law["density_bounds"] == [0.2, 0.8]
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_limit_of_stress_takes_the_stated_strength(stated):
     """``F / A`` is the strength ``c rho^n`` times the allowed stress."""
     result = size(stated((DISPLACEMENT, 'stress = "10 MPa"\n')))

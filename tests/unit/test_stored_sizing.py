@@ -27,8 +27,6 @@ formats = ["report"]
 """
 )
 
-pytestmark = pytest.mark.usefixtures("undrawn_module")
-
 
 def size_in(folder, patch, *swap):
     """Size the case with words replaced: result, how often it was computed, steps of sizing."""

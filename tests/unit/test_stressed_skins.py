@@ -81,7 +81,7 @@ def test_the_thickness_is_proportional_to_the_bending_stress_in_the_worst_load_c
     np.testing.assert_allclose(other, skin.thickness_at(top), rtol=1e-4)
 
 
-def test_the_printed_skin_is_as_thick_and_the_rest_of_the_run_knows_it(cli, tmp_path, undrawn):
+def test_the_printed_skin_is_as_thick_and_the_rest_of_the_run_knows_it(cli, tmp_path):
     sides = '{thickness = ["0.8 mm", "3.2 mm"], follows = "stress", faces = "sides"}'
     folder = written(tmp_path, skin=sides)
     checked = cli("check", folder, "--no-picture")

@@ -52,7 +52,6 @@ def folder(tmp_path):
     return write
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_the_whole_part_is_told_beside_the_half(cli, folder, tmp_path):
     data = json.loads(cli("check", folder(), "--json", "--no-picture").out)
     # 40 x 10 x 10 mm^3 at 4.41 g/cm^3, twice.
@@ -165,7 +164,7 @@ PLATE = (
 )
 
 
-@pytest.mark.usefixtures("undrawn", "plates")
+@pytest.mark.usefixtures("plates")
 def test_a_quarter_of_a_plate_reads_as_the_whole(cli, folder, tmp_path):
     """Pressed in its hole and held at its ends: stress, displacement and mass of the whole."""
     quarter = (

@@ -222,7 +222,6 @@ formats = []
 """
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_run_of_a_uniform_bracket_reaches_its_aim(tmp_path):
     corners = np.array([[0, 0], [50, 0], [50, 20], [20, 20], [20, 50], [0, 50]], dtype=float)
     at = lambda y: np.stack([corners[:, 0], np.full(6, y), corners[:, 1]], axis=1)  # noqa: E731

@@ -29,8 +29,6 @@ from gradedesign.mechanics.material.long_waves import SWAY, long_wave_slopes, lo
 from gradedesign.mechanics.material.scaling_law import ScalingLaw, isotropic_stiffness
 from gradedesign.program.host.registry import build_registry
 
-pytestmark = pytest.mark.usefixtures("undrawn_module")
-
 HALF = 0.5 * np.array([[1, 1, 1], [-1, 1, 1], [1, -1, 1], [1, 1, -1]])
 #: Primitive cells of the lattices: nodes, struts, shifts, volume, softest shear of a cubic C.
 LATTICES = {

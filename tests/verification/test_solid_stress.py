@@ -160,7 +160,6 @@ def twisted(folder, mesh=""):
 BEAMS = pytest.mark.parametrize("beam", [bent, sheared, twisted], ids=lambda beam: beam.__name__)
 
 
-@pytest.mark.usefixtures("undrawn")
 @BEAMS
 def test_beams_at_the_default_mesh_size(tmp_path, beam):
     row, exact = beam(tmp_path)
@@ -168,7 +167,6 @@ def test_beams_at_the_default_mesh_size(tmp_path, beam):
     assert row.band.high - row.band.low <= WIDEST * row.value
 
 
-@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("size", [3.4, 5.1])
 @BEAMS
 def test_bands_of_coarse_beams_are_wider_and_hold(tmp_path, beam, size):
@@ -177,14 +175,12 @@ def test_bands_of_coarse_beams_are_wider_and_hold(tmp_path, beam, size):
     assert row.band.low <= exact <= row.band.high
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_the_largest_stress_is_that_of_the_outermost_fibre(tmp_path):
     row, _ = bent(tmp_path)
     assert row.largest == pytest.approx(180.0, rel=CLOSE)
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("undrawn")
 def test_round_bar_in_torsion(tmp_path):
     radius, length, torque = 10.0, 60.0, 80e3
     bar = manifold3d.Manifold.cylinder(length, radius, radius, 240).rotate((0, 90, 0))
@@ -206,7 +202,6 @@ def test_round_bar_in_torsion(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("undrawn")
 def test_thick_cylinder_of_lame(tmp_path):
     inner, outer, length, pressure = 20.0, 40.0, 20.0, 60.0
     ring = manifold3d.Manifold.cylinder(length, outer, outer, 240)
@@ -228,7 +223,6 @@ def test_thick_cylinder_of_lame(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize(("half_width", "half_length"), [(12.5, 40.0), (25.0, 60.0)])
 def test_plate_with_a_hole_of_howland(tmp_path, half_width, half_length):
     radius, thick, pull = 5.0, 5.0, 100.0

@@ -43,7 +43,6 @@ stop_after = "sizing"
 formats = ["inp"]
 """
 )
-pytestmark = pytest.mark.usefixtures("undrawn_module")
 
 
 def stated(deck):

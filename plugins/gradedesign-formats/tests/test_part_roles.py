@@ -69,7 +69,6 @@ GENERATED = (
 )
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_new_check_generate_and_run_say_the_same(file, cli):
     assert volume(BODIES[:2]) == VOLUME
     folder = file.parent

@@ -71,8 +71,10 @@ def blamed_shape(family: CellFamily) -> Callable[..., FloatArray]:
     return shape
 
 
-def spread_points(count: int) -> FloatArray:
+def spread_points(count: int, first: int = 0) -> FloatArray:
     """Points of the unit cell that fill it evenly and share no plane with each other, ``(3, n)``.
+
+    ``first``: of those ``count`` points that are returned, where they are taken in pieces.
 
     A grid has whole planes of nodes, and a shape with flat faces parallel to them takes few
     different values there; of these points no two share a coordinate.
@@ -83,7 +85,7 @@ def spread_points(count: int) -> FloatArray:
     dimension the golden ratio.
     """
     step = 1.2207440846057596 ** -np.arange(1.0, 4.0)
-    return np.asarray(np.mod(0.5 + step[:, None] * np.arange(count), 1.0))
+    return np.asarray(np.mod(0.5 + step[:, None] * np.arange(first, count), 1.0))
 
 
 def grid_nodes(count: int, shift: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> FloatArray:

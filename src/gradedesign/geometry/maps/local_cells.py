@@ -62,15 +62,18 @@ def local_cells(
     slope[:] = np.diag(1 / (scale * cell_map.size))
     if used.any():
         slope[used] = np.moveaxis(cell_map.jacobian(x[:, used]), -1, 0)
+    if (slope == slope[:1]).all():  # cells that are alike are measured once
+        slope = slope[:1]
     singular = np.linalg.svd(slope, compute_uv=False)
     undone = np.linalg.svd(scale[:, None] * slope, compute_uv=False)
     unit = slope / np.linalg.norm(slope, axis=2, keepdims=True)
     left, _, right = np.linalg.svd(unit)
     rotation = left @ right
+    count = used.size
     return LocalCells(
-        axes=np.moveaxis(rotation, 0, -1).transpose(1, 0, 2),
-        least=1 / singular[:, 0],
-        most=1 / singular[:, 2],
-        size=1 / np.cbrt(singular.prod(axis=1)),
-        stretch=undone[:, 0] / undone[:, 2],
+        axes=np.broadcast_to(np.moveaxis(rotation, 0, -1).transpose(1, 0, 2), (3, 3, count)),
+        least=np.broadcast_to(1 / singular[:, 0], count),
+        most=np.broadcast_to(1 / singular[:, 2], count),
+        size=np.broadcast_to(1 / np.cbrt(singular.prod(axis=1)), count),
+        stretch=np.broadcast_to(undone[:, 0] / undone[:, 2], count),
     )

@@ -85,8 +85,11 @@ def _painted(scene: Scene, frame: Frame) -> tuple[FloatArray, Any]:
     for layer in sorted(scene.layers, key=lambda layer: layer.opacity < 1.0):
         if len(layer.faces):
             _paint(picture, nearest, layer, scene.bar, frame)
-    pixels = picture.reshape(SIZE[0], _SAMPLES, SIZE[1], _SAMPLES, 3).mean(axis=(1, 3)) / 255.0
-    return pixels.transpose(1, 0, 2), nearest
+    # Samples by place in their pixel: numpy's mean over two short axes takes three times as long.
+    total = np.zeros((*SIZE, 3), dtype=np.uint16)
+    for i, j in np.ndindex(_SAMPLES, _SAMPLES):
+        total += picture[i::_SAMPLES, j::_SAMPLES]
+    return total.transpose(1, 0, 2) / (255.0 * _SAMPLES**2), nearest
 
 
 def _paint(picture: Any, nearest: Any, layer: Layer, bar: ColourBar | None, frame: Frame) -> None:
