@@ -92,9 +92,9 @@ def undrawn():
         yield patch
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def drawn(undrawn):
-    """Pictures for a module that looks at them."""
+    """Pictures for a test that looks at them."""
     undrawn.undo()
     yield
     leave_out_pictures(undrawn)

@@ -44,6 +44,7 @@ def marked(folder):
     return pytest.param(folder, marks=marks, id=folder.name)
 
 
+@pytest.mark.usefixtures("drawn")
 @pytest.mark.parametrize("folder", [marked(p) for p in WITH_EXPECTATIONS])
 def test_case_runs_as_expected(cli, folder, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -190,6 +190,7 @@ def test_loads_that_cancel_are_shown_without_rounding_noise(cli, here):
     assert " ".join(bore) == "burst bore (0, 0, 0) (0, 0, 0)"
 
 
+@pytest.mark.usefixtures("drawn")
 def test_check_says_what_a_run_would_do(cli, here):
     ended = cli("check", CASES / "mini")
     assert ended.code == 0

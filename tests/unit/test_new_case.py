@@ -41,6 +41,7 @@ def filled(text):
     return text
 
 
+@pytest.mark.usefixtures("drawn")
 def test_a_new_case_needs_nothing_but_what_stands_as_a_question(cli, tmp_path):
     folder = tmp_path / "bracket"
     ended = cli("new", BRACKET, "--units", "mm", "-o", folder)

@@ -38,6 +38,7 @@ def write(folder, text):
     return folder
 
 
+@pytest.mark.usefixtures("drawn")
 def test_a_ramp_is_generated_with_picture_surface_and_slabs(tmp_path, cli):
     case = write(tmp_path, CASE + RAMP + '[material]\nname = "Ti-6Al-4V"\n')
     ended = cli("run", case, "-o", tmp_path / "out")

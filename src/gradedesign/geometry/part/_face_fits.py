@@ -183,6 +183,11 @@ def cone_through(patch: Patch) -> tuple[FloatArray, FloatArray, float, float] | 
     return found
 
 
+#: Change of a fit, by its radius, after which further steps change nothing: coordinates of an STL
+#: file are rounded to 1e-7.
+_SETTLED = 1e-10
+
+
 def _least_squares(
     points: FloatArray, axis: FloatArray, centre: FloatArray, radius: float, rise: float
 ) -> tuple[FloatArray, FloatArray, float, float] | None:
@@ -193,8 +198,10 @@ def _least_squares(
     tapered = rise != 0.0
     # A ring of corners and an apex do not tell a shift from a turn: rounding must not.
     least = 1e-4 if tapered else 1e-9
-    near_points = points
+    near_points, settled = points, False
     for step in range(12):
+        if settled and step % 4 != 3:
+            continue
         across, up = _square_directions(axis)
         offset = near_points - centre
         x, y, along = offset @ across, offset @ up, offset @ axis
@@ -205,6 +212,7 @@ def _least_squares(
         if step % 4 == 3:
             near = apex | (np.abs(off) <= 4.0 * np.median(np.abs(off)))
             if np.count_nonzero(near) >= max(6, len(points) // 2):
+                settled &= bool(near.all())
                 near_points = near_points[near]
                 continue
         u, w = np.where(apex, 0.0, x / distance), np.where(apex, 0.0, y / distance)
@@ -219,6 +227,7 @@ def _least_squares(
         rise = float(rise + change[5]) if tapered else 0.0
         if not (np.isfinite(radius) and radius > 0.0 and np.isfinite(rise)):
             return None
+        settled = bool((np.abs(change / scale) <= _SETTLED * radius).all())
     return axis, centre, radius, rise
 
 

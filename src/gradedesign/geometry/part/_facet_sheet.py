@@ -18,6 +18,9 @@ _AROUND = 60
 #: Facets about a seed without a find that are no seeds themselves: two rings. Of more, a seed
 #: beside the rim would use up a face's own.
 _GIVEN_UP = 10
+#: Seeds without a find after which all facets that one has looked at are no seeds: a surface of
+#: free form would try every eighth of its facets. Parts of machines that were read had at most 185.
+_PATIENCE = 500
 #: Neighbours across sharper edges than this are not looked at for a first fit, cosine. Chosen, not
 #: measured.
 _CORNER = np.cos(np.radians(60.0))
@@ -41,6 +44,10 @@ class FacetSheet:
     corners: FloatArray  #: ``(m, 3, 3)``, mm.
     pairs: IntArray  #: ``(e, 2)``. Facets that share an edge.
     lengths: FloatArray  #: ``(e,)``, mm. Of these edges.
+    #: ``(m + 1,)``, ``(2 e,)``. Facets across the edges of facet f: ``beside[starts[f] :
+    #: starts[f + 1]]``.
+    starts: IntArray
+    beside: IntArray
     around: tuple[IntArray, ...]  #: Neighbours of each facet but across sharp edges.
     flat: BoolArray  #: ``(m,)``. Facets of large flat faces, which no search takes.
 
@@ -60,17 +67,26 @@ def facet_sheet(clusters: Clusters, flat: BoolArray) -> FacetSheet:
     normals = clusters.facet_normals
     first, second = edges.pairs.T
     smooth = (normals[first] * normals[second]).sum(axis=1) >= _CORNER
-    both = np.concatenate([edges.pairs[smooth], edges.pairs[smooth][:, ::-1]])
-    order = np.argsort(both[:, 0], kind="stable")
-    limits = np.cumsum(np.bincount(both[:, 0], minlength=len(faces)))[:-1]
+    starts, beside = _neighbours(edges.pairs, len(faces))
+    limits, smoothly_beside = _neighbours(edges.pairs[smooth], len(faces))
     return FacetSheet(
         clusters=clusters,
         corners=corner_points(clusters.surface),
         pairs=edges.pairs,
         lengths=np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
-        around=tuple(np.split(both[order, 1], limits)),
+        starts=starts,
+        beside=beside,
+        around=tuple(np.split(smoothly_beside, limits[1:-1])),
         flat=flat,
     )
+
+
+def _neighbours(pairs: IntArray, size: int) -> tuple[IntArray, IntArray]:
+    """Where the neighbours of each of so many things start, ``(size + 1,)``, and all of them."""
+    both = np.concatenate([pairs, pairs[:, ::-1]])
+    order = np.argsort(both[:, 0], kind="stable")
+    count = np.bincount(both[:, 0], minlength=size)
+    return np.concatenate([[0], np.cumsum(count)]), both[order, 1]
 
 
 def from_seeds(
@@ -89,13 +105,17 @@ def from_seeds(
     seeds = np.flatnonzero(free)
     seeds = seeds[np.argsort(-sheet.clusters.facet_areas[seeds], kind="stable")]
     finds: list[FindT] = []
+    failed = 0
     for seed in seeds.tolist():
         if not free[seed]:
             continue
         near = _near(sheet, seed, taken)
         found = find(near)
-        free[near[:_GIVEN_UP] if found is None else found.facets] = False
-        if found is not None:
+        if found is None:
+            failed += 1
+            free[near[:_GIVEN_UP] if failed <= _PATIENCE else near] = False
+        else:
+            free[found.facets] = False
             finds.append(found)
     return finds
 

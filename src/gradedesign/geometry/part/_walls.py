@@ -25,6 +25,7 @@ from gradedesign.geometry.part._face_fits import (
     without_order,
 )
 from gradedesign.geometry.part._facet_sheet import FacetSheet, connected_facets, from_seeds
+from gradedesign.geometry.part._wall_kernels import wall_facets
 
 #: Corners lie on a cylinder within this share of its radius, within rounding, or within
 #: so many times their median distance from it, which of corners anywhere between chord and circle
@@ -198,11 +199,18 @@ def _grown(
     tolerance = _tolerance(sheet, facets, fit, fit.off(patch.points))
     if np.count_nonzero(own <= tolerance) < share * len(facets):
         return None
-    on, sense = _on_wall(sheet, facets, fit, tolerance)
-    on &= ~taken
-    if np.count_nonzero(on[facets]) < share * len(facets):
+    facing = _FACING
+    if fit.rise != 0.0:
+        facing = np.cos(min(_CONE_FACING, _CONE_SHARE * (0.5 * np.pi - fit.half_angle)))
+    result, sense = wall_facets(
+        *(sheet.starts, sheet.beside, sheet.corners),
+        *(sheet.clusters.facet_normals, sheet.clusters.facet_areas, taken, facets),
+        np.array([*fit.axis, *fit.centre, fit.radius, fit.rise]),
+        np.array([tolerance, np.cos(_WIDEST), facing, share * len(facets)]),
+    )
+    if not result.size:
         return None
-    result = connected_facets(sheet, on, facets)
+    result.sort()
     corners = sheet.corners[result].reshape(-1, 3)
     along = (corners - fit.centre) @ fit.axis
     halfway = 0.5 * float(along.min() + along.max())
@@ -253,36 +261,6 @@ def _radial(
     offset = points - centre
     outward = offset - (offset @ axis)[..., None] * axis
     return outward, np.linalg.norm(outward, axis=-1)
-
-
-def _on_wall(
-    sheet: FacetSheet, facets: IntArray, fit: _Fit, tolerance: float
-) -> tuple[BoolArray, float]:
-    """Facets ``(m,)`` of a wall by their corners, and whether they face out (1) or in (-1)."""
-    clusters = sheet.clusters
-    vertices = clusters.surface.vertices
-    close = (fit.off(vertices) <= tolerance) & (fit.radii(vertices) >= -tolerance)
-    on = np.asarray(close[clusters.surface.faces].all(axis=1))
-    some = np.flatnonzero(on)
-    outward, distance = _radial(sheet.corners[some], fit.axis, fit.centre)
-    # An apex lies in all directions.
-    apex = distance <= 2.0 * tolerance * (fit.rise != 0.0)
-    unit = outward / np.maximum(distance, 1e-300)[..., None]
-    # Of two corners the cosine of the angle between them around the axis.
-    cosine = (unit * np.roll(unit, 1, axis=1)).sum(axis=2)
-    widest = np.where(apex | np.roll(apex, 1, axis=1), 1.0, cosine).min(axis=1)
-    middle = (outward / fit.radius).mean(axis=1)
-    if fit.rise != 0.0:
-        middle /= np.maximum(np.linalg.norm(middle, axis=1), 1e-300)[:, None]
-        middle = middle * np.cos(fit.half_angle) - fit.axis * np.sin(fit.half_angle)
-    facing = (middle * clusters.facet_normals[some]).sum(axis=1)
-    own = np.isin(some, facets)
-    sense = float(np.sign((facing * clusters.facet_areas[some])[own].sum()))
-    least = _FACING
-    if fit.rise != 0.0:
-        least = np.cos(min(_CONE_FACING, _CONE_SHARE * (0.5 * np.pi - fit.half_angle)))
-    on[some] = (widest >= np.cos(_WIDEST)) & (sense * facing > least)
-    return on, sense
 
 
 def _span(sheet: FacetSheet, facets: IntArray, cylinder: Cylinder) -> float:
