@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from plain_cells import plain_cells
 from scipy.sparse import identity
 
 from gradedesign.design.resolve.member_size import with_member_size
@@ -303,3 +304,28 @@ def test_the_surface_of_members_alone_holds_the_volume_of_the_body():
     # A ball of 8 mm by facets of 0.5 mm, less the six caps of 2 mm that the faces cut off.
     whole, cap = 4 / 3 * np.pi * 8.0**3, np.pi * 2.0**2 * (3 * 8.0 - 2.0) / 3
     assert enclosed_volume(made.surface) == pytest.approx(whole - 6 * cap, rel=0.01)
+
+
+@pytest.mark.parametrize(("min_wall", "left"), [(0.0, 2), (1.0, 2), (2.0, 1)])
+def test_closed_pores_smaller_than_a_ball_of_the_thinnest_wall_are_filled(min_wall, left):
+    """A block with pores of 1.6 and 3 mm: what is left is what powder cannot leave."""
+
+    def pores(u):
+        x = 12.0 * u
+        small = 0.8 - np.linalg.norm(x - np.reshape([2.0, 2, 2], (3, *[1] * (x.ndim - 1))), axis=0)
+        large = 1.5 - np.linalg.norm(x + np.reshape([2.0, 2, 2], (3, *[1] * (x.ndim - 1))), axis=0)
+        return np.maximum(small, large) / 12.0
+
+    part = box_surface((12.0, 12.0, 12.0))
+    part = replace(part, vertices=part.vertices - 6.0)
+    domain = DesignDomain(
+        distance=lambda x: np.abs(x).max(axis=0) - 6.0, lower=(-6,) * 3, upper=(6,) * 3
+    )
+    design = LatticeDesign(
+        domain=domain, cells=plain_cells(pores), cell_map=lambda x: x / 12.0, cell_size=12.0,
+        density=0.5,
+    )  # fmt: skip
+    made = printed_surface(design, part, 0.25, None, memory=1e9, min_wall=min_wall)
+    gone = 4 / 3 * np.pi * (1.5**3 + (0.8**3 if left == 2 else 0.0))
+    assert made.islands.pockets == left
+    assert 12.0**3 - enclosed_volume(made.surface) == pytest.approx(gone, rel=0.03)

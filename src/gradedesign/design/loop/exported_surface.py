@@ -68,4 +68,5 @@ def case_surface(
         chord_tolerance(spec),
         memory=memory,
         keep_outer=keeps_outer(spec),
+        min_wall=(spec and spec.min_wall) or 0.0,
     )

@@ -63,7 +63,8 @@ class PrintSpec(Table):
     }
 
     min_wall: Size | None = Field(default=None, examples=["0.8 mm"])
-    """Thinnest wall or strut that can be printed, mm; it bounds the density from below."""
+    """Thinnest wall or strut that can be printed, mm; it bounds the density from below, and closed
+    pores smaller than a ball of it are filled."""
     min_throat: Size | None = Field(default=None, examples=["0.8 mm"])
     """Narrowest throat through which powder leaves a void, mm; without it, only closed voids
     count as trapped."""
