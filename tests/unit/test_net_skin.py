@@ -136,19 +136,19 @@ box = ["10 mm", "10 mm", "10 mm"]
 cell = "bcc"
 size = "5 mm"
 origin = ["1.6 mm", "1.1 mm", "2.3 mm"]
-density = 0.12
+density = 0.25
 """
 
 
 def test_a_generated_net_joins_struts_that_the_part_cuts_off(tmp_path):
-    """The box cuts off eight pieces of struts; with the net none."""
+    """The box cuts off seven pieces of struts; with the net none."""
     results = []
     for words in ("", 'skin = {thickness = "0.8 mm", net = true}\n'):
         (tmp_path / "case.toml").write_text(CASE + words)
         case = load_case(tmp_path)
         results.append(run(case, build_registry(), folder=tmp_path / "out", overwrite=True))
     (plain,), net = ([w for w in r.warnings if "floating" in w] for r in results)
-    assert plain.startswith("8 floating")
+    assert plain.startswith("7 floating")
     assert net == []
     assert results[1].measures["joints_mm3"] > 0
 
