@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.common.system.progress import report_step
 from gradedesign.geometry.part._clusters import facet_patch
 from gradedesign.geometry.part._curved_faces import FIT_SHARE
 from gradedesign.geometry.part._face_fits import (
@@ -107,6 +108,7 @@ def find_walls(sheet: FacetSheet, cylindrical: BoolArray) -> list[tuple[str, Wal
 
     ``cylindrical``, (m,) bool array: facets of faces that are known as cylinders.
     """
+    report_step("cylinders and cones of the part's surface")
     free = ~sheet.flat & ~cylindrical
     # The first walls may take pieces of what was known.
     walls = _found(sheet, free, np.zeros_like(free), _cylinder_of)
