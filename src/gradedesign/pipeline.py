@@ -230,8 +230,9 @@ def loop(
     for iteration in iterations:
         announce.iteration(iteration, resumed=True)
     refused, factors, last = load_acceptance(out, key, len(iterations))
+    deadline = cost.deadline(iterations)
     outcome = run_loop(
-        loop_stages(model, out, announce, cost, iterations),
+        loop_stages(model, out, announce, cost, deadline),
         Progress(iterations=iterations, refused=refused, factors=factors, last=last),
     )
     shown = shown_design(model, out, announce, outcome.iterations, outcome.accepted)
@@ -243,8 +244,7 @@ def loop(
     result = with_print_limits(result, case.print, shown.printability)
     bodies: tuple[PricedBody, ...] = ()
     if case.run.price:
-        price, deadline = partial(price_of_lattice, model), cost.deadline(outcome.iterations)
-        bodies = _priced(price, out, key, announce, deadline)
+        bodies = _priced(partial(price_of_lattice, model), out, key, announce, deadline)
     result = replace(result, predicted=cost.data(), bodies=bodies, why_lattice=why_lattice(bodies))
     computed = Computed(shown=shown, iterations=outcome.iterations)
     return write_outputs(out, model, registry, result, announce, computed)
@@ -274,10 +274,10 @@ def loop_stages(
     out: RunFolder,
     announce: Announcer,
     cost: RunCost,
-    iterations: tuple[DesignIteration, ...],
+    deadline: Deadline,
 ) -> Stages:
-    """Stages of the loop for a prepared part; ``iterations`` were finished by an earlier run."""
-    deadline, key, case = cost.deadline(iterations), design_key(model), model.plan.case
+    """Stages of the loop for a prepared part."""
+    key, case = design_key(model), model.plan.case
     matrix = cache(lambda: design_filter(model))
     limited = limits_stress(model.limits)
 

@@ -147,7 +147,14 @@ def test_a_run_that_time_ended_goes_on_with_more_of_it_and_then_no_further(
         budgets.append(case.run.time)
         return prepare(case, *more)
 
+    began, priced, deadlines = time.monotonic(), pipeline._priced, []
+
+    def price(*given):
+        deadlines.append(given[-1])
+        return priced(*given)
+
     monkeypatch.setattr(pipeline, "prepare", prepared)
+    monkeypatch.setattr(pipeline, "_priced", price)
     case = tmp_path / "case.toml"
     text = CASE.replace("[run]", '[run]\ntime = "1 s"').replace("price = false", "")
     case.write_text(text, encoding="utf-8")
@@ -161,6 +168,8 @@ def test_a_run_that_time_ended_goes_on_with_more_of_it_and_then_no_further(
     solid, *others = result["bodies"]
     assert (solid["mass_g"], solid["note"]) == (result["solid_mass_g"], "")
     assert {body["note"] for body in others} == {"left out: 0 of 1 s of [run] time are left"}
+    # Its iterations are in the clock of this process, and are not counted again.
+    assert [deadline.start >= began for deadline in deadlines] == [True]
     # No acceptance judged it: bands come from two resolutions of the explicit analysis.
     (row,) = result["limits"]
     assert row["decisive"] == row["band"]["high"] > row["value"]
