@@ -29,6 +29,7 @@ displacement = [{region = "tip", magnitude = "0.006 mm"}]
 [lattice]
 cell = "gyroid-sheet"
 size = "8 mm"
+size_effects = false
 phases = ["lattice"]
 density = [0.45, 0.60]
 [run]

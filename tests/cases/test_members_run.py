@@ -22,6 +22,7 @@ displacement = [{region = "tip", magnitude = "0.0125 mm"}]
 cell = "gyroid-sheet"
 size = "8 mm"
 density = [0.3, 0.7]
+size_effects = false
 PHASES
 [run]
 price = false

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from gradedesign import load_case, run
+from gradedesign.design.check import first_answer as first_answer_module
 from gradedesign.design.check.first_answer import first_answer
 from gradedesign.design.resolve.design_model import prepare
 from gradedesign.design.resolve.solid import solve_solid, with_solid
@@ -44,6 +45,8 @@ exclusion_radius = "15 mm"
 [lattice]
 cell = "sc"
 size = "10 mm"
+phases = ["lattice"]
+size_effects = false
 [run]
 stop_after = "solid"
 [output]
@@ -99,7 +102,8 @@ def test_the_row_holds_band_largest_and_the_governing_case(tmp_path):
     assert "from two resolutions" not in report
 
 
-def test_a_first_answer_sizes_where_the_limit_lies_in_the_band(tmp_path):
+def test_a_first_answer_sizes_where_the_limit_lies_in_the_band(tmp_path, monkeypatch):
+    monkeypatch.setattr(first_answer_module, "price_of_lattice", lambda *_: ())
     setup = prepare(bar(tmp_path, 179.7), build_registry())
     setup = with_solid(setup, solve_solid(setup.homogenised))
     (answer,) = first_answer(setup).constant

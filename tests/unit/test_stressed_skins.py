@@ -38,6 +38,8 @@ displacement = [{region = "tip", magnitude = "1 mm"}]
 [lattice]
 cell = "gyroid-sheet"
 size = "16 mm"
+phases = ["lattice"]
+size_effects = false
 skin = SKIN
 [run]
 stop_after = "lattice"
