@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -56,6 +56,8 @@ _BEYOND, _SAID = 0.01, 0.001
 #: below which it is said: a part of a bolt circle of a hundred is a part of its load. Chosen, not
 #: measured.
 _LOOKS, _WHOLE = 20_000, 0.99
+#: What limits call the place of the cells, and what a body made elsewhere has there.
+_IN_CELLS, _IN_BODY = " in lattice", " in the body outside kept solid"
 _AS_IS = "the body is judged as it is, and nothing is designed"
 
 
@@ -121,7 +123,7 @@ def judge_body(model: DesignModel, body: Part, announce: Announcer) -> JudgedBod
         found = bodies.whole
         remeshing = (body.volume, SURFACE_PER_ELEMENT * max(follows, found.result.mesh_size))
         acceptance = body_fitted(limits, run, bodies, remeshing, announce)
-    rows = with_other_body(bodies, corrected_rows(limits, found.rows, acceptance))
+    rows = _with_its_words(with_other_body(bodies, corrected_rows(limits, found.rows, acceptance)))
     announce.limits("acceptance", rows)
     unjudged = unjudged_words(rows, (*found.refused, *bodies.refused), acceptance.refused)
     if not rows:
@@ -142,7 +144,11 @@ def judge_body(model: DesignModel, body: Part, announce: Announcer) -> JudgedBod
         yields=yielding_words(found.result.yields, "the body", limited=limits_stress(limits)),
         warnings=(
             *body.report.warnings,
-            *(words for limit in limits for words in limit.hot_spots(found.result)),
+            *(
+                words.replace(_IN_CELLS, _IN_BODY)
+                for limit in limits
+                for words in limit.hot_spots(found.result)
+            ),
             *_beyond_words(beyond, plan.part.diagonal),
             *_missing_words(body, [plan.part.regions[name] for name in model.facets], plan.part),
             *(
@@ -152,6 +158,11 @@ def judge_body(model: DesignModel, body: Part, announce: Announcer) -> JudgedBod
             ),
         ),
     )
+
+
+def _with_its_words(rows: Sequence[LimitRow]) -> tuple[LimitRow, ...]:
+    """Rows of a body made elsewhere, which has no lattice in the place of the case's cells."""
+    return tuple(replace(row, name=row.name.replace(_IN_CELLS, _IN_BODY)) for row in rows)
 
 
 def _first_elements(
