@@ -42,6 +42,7 @@ from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
 from gradedesign.mechanics.explicit.small_solid import small_solid_spacing
 from gradedesign.mechanics.explicit.yielding import yielding_words
 from gradedesign.mechanics.fe.modes import mode_room
+from gradedesign.mechanics.limits.analysis import Analysis
 from gradedesign.mechanics.limits.limit import Limit, limits_stress, mode_goals
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.mechanics.limits.verdict import all_hold
@@ -144,11 +145,7 @@ def judge_body(model: DesignModel, body: Part, announce: Announcer) -> JudgedBod
         yields=yielding_words(found.result.yields, "the body", limited=limits_stress(limits)),
         warnings=(
             *body.report.warnings,
-            *(
-                words.replace(_IN_CELLS, _IN_BODY)
-                for limit in limits
-                for words in limit.hot_spots(found.result)
-            ),
+            *_hot_spots(limits, found.result),
             *_beyond_words(beyond, plan.part.diagonal),
             *_missing_words(body, [plan.part.regions[name] for name in model.facets], plan.part),
             *(
@@ -163,6 +160,12 @@ def judge_body(model: DesignModel, body: Part, announce: Announcer) -> JudgedBod
 def _with_its_words(rows: Sequence[LimitRow]) -> tuple[LimitRow, ...]:
     """Rows of a body made elsewhere, which has no lattice in the place of the case's cells."""
     return tuple(replace(row, name=row.name.replace(_IN_CELLS, _IN_BODY)) for row in rows)
+
+
+def _hot_spots(limits: Sequence[Limit], analysis: Analysis) -> list[str]:
+    """Sentences of limits of fatigue on the largest stress, in the words of such a body."""
+    told = [words for limit in limits for words in limit.hot_spots(analysis)]
+    return [words.replace(_IN_CELLS, _IN_BODY) for words in told]
 
 
 def _first_elements(
