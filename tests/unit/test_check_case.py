@@ -369,6 +369,18 @@ def test_fins_thinner_than_a_cell_or_the_printer_are_told(
         assert "less than the 0.5 mm that the printer makes" in told[0]
 
 
+def test_a_body_without_cells_has_no_wall_thinner_than_one(cli, tmp_path):
+    write_stl(tmp_path / "fin.stl", finned_block(0.4))
+    before, _, after = changed((box_part(24, 12, 12, 6), FIN)).partition("[lattice]\n")
+    rest = after[after.index("\n[") :] if "\n[" in after else ""
+    text = f'{before}[lattice]\nphases = ["solid", "void"]\nleast_member = "9 mm"\n{rest}'
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    ended = cli("check", tmp_path, "--no-picture")
+    assert ended.code == 0, ended.err
+    assert "free rigid motions: none" in ended.out
+    assert "walls of the part" not in " ".join(ended.out.split())
+
+
 def test_what_sets_the_grid_is_named(registry, tmp_path):
     grid = checked(tmp_path, changed(("[limits]", KEEP.format("0.1 mm") + "[limits]")), registry)
     assert "passive solid region 'root', 0.1 mm" in grid.run.grid.set_by

@@ -214,6 +214,7 @@ def _shape_warnings(
         *size_warnings(case.lattice, case.part, case.where, part),
         *thin_wall_warnings(
             (case.print and case.print.min_wall) or 0.0,
+            layout.least if case.lattice.cells else 0.0,
             case.lattice.rotation,
             part,
             domain,

@@ -36,17 +36,18 @@ def median_thickness(rotation: Triple, part: Part, layout: CellLayout) -> float:
 
 def thin_wall_warnings(
     printed: float,
+    cell: float,
     rotation: Triple,
     part: Part,
     domain: DesignDomain,
     layout: CellLayout,
     where: Where,
 ) -> tuple[str, ...]:
-    """Warnings on walls of the part thinner than the printer makes, ``printed`` mm, or than a cell.
+    """Warnings on walls of the part thinner than the printer makes, or than a ``cell``, mm.
 
-    A wall that stays solid may be thinner than a cell, as may some on little of the surface.
+    A wall that stays solid may be thinner than a cell, as may some on little of the surface. A body
+    without cells has one of 0.
     """
-    cell = layout.least
     walls = thin_walls(part.surface, max(printed, cell) * (1 - _ROUNDING))
     unprinted = walls.width < printed * (1 - _ROUNDING)
     warnings = []
