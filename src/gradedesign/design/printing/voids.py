@@ -185,7 +185,7 @@ def _closed_voids(surface: SurfaceMesh) -> tuple[int, float]:
     shell = vertex_shells(surface.faces, len(surface.vertices))
     count = int(shell.max()) + 1
     volume = np.asarray(shell_volumes(surface.vertices, surface.faces, shell, count))
-    return int(np.count_nonzero(volume < 0)), float(-volume[volume < 0].sum())
+    return int(np.count_nonzero(volume < 0)), float(np.abs(volume[volume < 0]).sum())
 
 
 def _throats(voids: BoolArray, way: _Levels, h: float) -> dict[str, float]:
