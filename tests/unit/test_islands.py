@@ -53,6 +53,15 @@ def test_loose_solids_go_and_the_pocket_stays():
     assert found.pocket_volume == pytest.approx(4 / 3 * np.pi * 0.8**3, rel=0.02)
 
 
+def test_filled_pockets_hide_nothing_of_what_is_dropped():
+    loose = surface_of(MAIN, ((2, 2, 2), 0.3, None))
+    plain = remove_islands(loose)[1]
+    filled = remove_islands(loose, least_pocket=3.0)[1]  # the hollow holds 2.1 mm^3
+    assert (plain.pockets, filled.pockets) == (1, 0)
+    assert plain.dropped_volume > 0.0
+    assert filled.dropped_volume == pytest.approx(plain.dropped_volume, rel=1e-12)
+
+
 def test_one_solid_is_returned_as_it_is():
     surface = surface_of(((0, 0, 0), 1.0, None))
     same, found = remove_islands(surface)

@@ -82,7 +82,9 @@ def remove_islands(
     voids = np.flatnonzero(volume <= 0)
     owner = _void_owners(surface, shell, voids, disconnected, int(by_size[0]))
     kept[voids] = kept[owner] & (volume[voids] < -least_pocket)
-    gone = float(volume[~kept].sum())
+    # Pockets that are filled are no part of what is dropped: they would hide as much of it.
+    filled = voids[kept[owner] & ~kept[voids]]
+    gone = float(volume[~kept].sum() - volume[filled].sum())
     share = gone / float(volume.sum())
     report = Islands(
         dropped=int(np.count_nonzero(volume[disconnected] > CRUMB * least_pocket)),
