@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from types import GenericAlias
-from typing import Any, ClassVar, NamedTuple, TypeVar
+from typing import Any, ClassVar, NamedTuple, TypeAlias, TypeVar, cast
 
 from pydantic import Field, SerializeAsAny, create_model
 
@@ -195,24 +196,39 @@ class Brought:
 
 
 def with_brought(layout: type[Layout], brought: Brought) -> type[Layout]:
-    """A layout of a case file with the keys that plugins add."""
+    """A layout of a case file with the keys that plugins add; the same class for the same keys."""
+    keys = (brought.limits, brought.lattice, brought.part)
+    if not any(keys):
+        return layout
+    return cast("type[Layout]", _with_keys(layout, *(tuple(entries.items()) for entries in keys)))
+
+
+#: Keys of plugins with their tables, in an order.
+_Keys: TypeAlias = tuple[tuple[str, type[Table]], ...]
+
+
+@cache
+def _with_keys(layout: type[Table], limits: _Keys, lattice: _Keys, part: _Keys) -> type[Table]:
+    """The layout with lists of limits and of components and tables of the part."""
     changed: dict[str, Any] = {}
-    if brought.limits:
-        limits: Any = _with_lists(LimitsSpec, brought.limits)
-        changed["limits"] = (limits, Field(default_factory=limits))
-    if brought.lattice:
-        changed["lattice"] = (_with_lists(LatticeSpec, brought.lattice), ...)
-    if brought.part:
-        fields: dict[str, Any] = {key: (table | None, None) for key, table in brought.part.items()}
-        part = create_model("PartSpec", __base__=PartSpec, __doc__=PartSpec.__doc__, **fields)
-        changed["part"] = (part, ...)
-    return create_model(layout.__name__, __base__=layout, **changed) if changed else layout
+    if limits:
+        lists = _with_lists(LimitsSpec, limits)
+        changed["limits"] = (lists, Field(default_factory=lists))
+    if lattice:
+        changed["lattice"] = (_with_lists(LatticeSpec, lattice), ...)
+    if part:
+        fields: dict[str, Any] = {key: (table | None, None) for key, table in part}
+        changed["part"] = (
+            create_model("PartSpec", __base__=PartSpec, __doc__=PartSpec.__doc__, **fields),
+            ...,
+        )
+    return create_model(layout.__name__, __base__=layout, **changed)
 
 
-def _with_lists(table: type[Layout], lists: Mapping[str, type[Table]]) -> type[Layout]:
+def _with_lists(table: type[Layout], lists: _Keys) -> type[Layout]:
     """A table with further lists of tables."""
     fields: dict[str, Any] = {
-        name: (GenericAlias(tuple, (entry, ...)), ()) for name, entry in lists.items()
+        name: (GenericAlias(tuple, (entry, ...)), ()) for name, entry in lists
     }
     return create_model(table.__name__, __base__=table, __doc__=table.__doc__, **fields)
 
