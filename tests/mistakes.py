@@ -48,6 +48,7 @@ formats = ["stl"]
 #: Cells of the checked case, and solid and void in their place.
 _CELLS = 'cell = "gyroid-sheet"\nsize = "8 mm"\ndensity = [0.2, 0.5]\n'
 _MEMBERS = 'phases = ["solid", "void"]\n'
+_ANY = 'phases = ["void", "lattice", "solid"]\n'
 
 OWN_MATERIAL = 'youngs_modulus = "2 GPa"\npoissons_ratio = 0.3\ndensity = "1 g/cm^3"'
 
@@ -142,6 +143,13 @@ OF_CHECK = (
     M("density = [0.2, 0.5]", 'density = [0.2, 0.5]\nphases = ["void", "solid"]',
       "lattice.cell", 'has no meaning with phases = ["solid", "void"]', "leave cells out",
       at="cell = "),
+    M("density = [0.2, 0.5]", f"density = [0.2, 0.5]\n{_ANY}skin = \"2 mm\"", "lattice.skin",
+      "does not go with void, which may take the place of all cells",
+      'expected phases = ["lattice", "solid"]', at="skin"),
+    M("density = [0.2, 0.5]", (f'density = [0.2, 0.5]\n{_ANY}[[zone]]\nregion = "root"\n'
+                               'within = "6 mm"\ndensity = [0.3, 0.4]\n'),
+      "zone", 'which phases = ["lattice", "solid", "void"] may leave out',
+      "leave the zones out too", at="[[zone]]"),
     M(_CELLS, _MEMBERS, "lattice.least_member", "missing; solid members without cells",
       'such as "5 mm"', at="[lattice]"),
     M(_CELLS, _MEMBERS + 'least_member = "26 mm"\n', "lattice.least_member",

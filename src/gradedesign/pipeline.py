@@ -17,7 +17,12 @@ from pathlib import Path
 from gradedesign.common.system.limits import Deadline
 from gradedesign.common.system.progress import Listener, ignore
 from gradedesign.design.case.schema import Case
-from gradedesign.design.check.price import PricedBody, price_of_lattice, why_lattice
+from gradedesign.design.check.lighter_phases import lighter_phases
+from gradedesign.design.check.price import (
+    PricedBody,
+    price_of_lattice,
+    why_lattice,
+)
 from gradedesign.design.loop.accepted import Accepted, accept_design, judge_stress
 from gradedesign.design.loop.accepted_rows import best_rows
 from gradedesign.design.loop.analysed import Analysed, analyse_cells
@@ -55,6 +60,7 @@ from gradedesign.design.verdict.summary import (
 )
 from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.density_source import DensitySource
+from gradedesign.geometry.lattice.lattice_schema import PHASES
 from gradedesign.mechanics.explicit.correction import Correction
 from gradedesign.mechanics.explicit.yielding import yielding_words
 from gradedesign.mechanics.limits.limit import limits_stress
@@ -174,6 +180,40 @@ def _build_stated(
 def _run_stages(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -> RunResult:
     """Run the stages in order and write the result."""
     cost = RunCost(budget=case.run)
+    model = _solved(case, registry, out, announce)
+    announce.limits("solid", model.solid)
+    announce.warnings((*model.solid_yields, *unsure_words(model.solid)))
+    if solid_breaks(model.solid):
+        result = infeasible_result(model, registry)
+        return write_outputs(out, model, registry, result, announce, Computed())
+    if case.run.stop_after == "solid":
+        result = partial_result(model, registry, "solid")
+        return write_outputs(out, model, registry, result, announce, Computed())
+    model = with_size_effects(oriented(model), announce.listener)
+    bodies: tuple[PricedBody, ...] = ()
+    if case.lattice.any_phase:
+        resolved = model.plan.case
+        lattice = resolved.lattice.model_copy(update={"phases": PHASES[:2]})
+        filled = resolved.model_copy(update={"lattice": lattice})
+        filled_model = replace(model, plan=replace(model.plan, case=filled))
+        void = case.model_copy(update={"lattice": lattice.without_cells()})
+        other = with_own_cell(void.lattice, registry, case.where)
+        made: dict[tuple[str, ...], Callable[[], DesignModel]] = {
+            PHASES[:2]: lambda: filled_model,
+            PHASES[1:]: partial(_solved, void, other, out, announce),
+        }
+        with announce.stage("phases"):
+            model, bodies, words = lighter_phases(made)
+        announce.say("phases", words)
+        registry = registry if bodies[0].asked else other
+    if case.run.stop_after in ("sizing", "lattice"):
+        return _stop_early(model, registry, out, announce)
+    cost.predict(model, announce)
+    return loop(model, registry, out, announce, cost, bodies)
+
+
+def _solved(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -> DesignModel:
+    """The part of a case, prepared and analysed as a solid."""
     with announce.stage("part"):
         # By more time, with which a run is resumed, the lower density would fall: iterations that
         # are finished would be of another lattice than the ones to come.
@@ -184,20 +224,7 @@ def _run_stages(case: Case, registry: Registry, out: RunFolder, announce: Announ
         model = replace(model, plan=replace(model.plan, case=now))
     announce.part(model)
     with announce.stage("solid"):
-        model = with_solid(model, solve_solid(model.homogenised))
-    announce.limits("solid", model.solid)
-    announce.warnings((*model.solid_yields, *unsure_words(model.solid)))
-    if solid_breaks(model.solid):
-        result = infeasible_result(model, registry)
-        return write_outputs(out, model, registry, result, announce, Computed())
-    if case.run.stop_after == "solid":
-        result = partial_result(model, registry, "solid")
-        return write_outputs(out, model, registry, result, announce, Computed())
-    model = with_size_effects(oriented(model), announce.listener)
-    if case.run.stop_after in ("sizing", "lattice"):
-        return _stop_early(model, registry, out, announce)
-    cost.predict(model, announce)
-    return loop(model, registry, out, announce, cost)
+        return with_solid(model, solve_solid(model.homogenised))
 
 
 def _stop_early(
@@ -221,9 +248,17 @@ def _stop_early(
 
 
 def loop(
-    model: DesignModel, registry: Registry, out: RunFolder, announce: Announcer, cost: RunCost
+    model: DesignModel,
+    registry: Registry,
+    out: RunFolder,
+    announce: Announcer,
+    cost: RunCost,
+    bodies: tuple[PricedBody, ...] = (),
 ) -> RunResult:
-    """Run the loop on a prepared part, from where an earlier run stopped, and write the verdict."""
+    """Run the loop on a prepared part, from where an earlier run stopped, and write the verdict.
+
+    ``bodies``: those that were sized to choose between them.
+    """
     plan, case, key = model.plan, model.plan.case, design_key(model)
     begun_budget(out, case.case_hash, case.run, begins=True)
     iterations = load_iterations(out, key)
@@ -242,9 +277,10 @@ def loop(
     )
     result = with_as_built(result, plan.process, plan.material, shown, outcome.accepted)
     result = with_print_limits(result, case.print, shown.printability)
-    bodies: tuple[PricedBody, ...] = ()
-    if case.run.price:
+    if case.run.price and (case.lattice.cells or not bodies):
+        sized = {body.name: body for body in bodies if not body.asked}
         bodies = _priced(partial(price_of_lattice, model), out, key, announce, deadline)
+        bodies = tuple(sized.get(body.name, body) for body in bodies)
     result = replace(result, predicted=cost.data(), bodies=bodies, why_lattice=why_lattice(bodies))
     computed = Computed(shown=shown, iterations=outcome.iterations)
     return write_outputs(out, model, registry, result, announce, computed)

@@ -115,3 +115,15 @@ def test_members_are_accepted_and_their_stress_is_a_row_of_its_own(tmp_path, cli
     assert result["printed"]["volumes_mm3"]["solid members"] > 0
     last = result["iterations"][-1]["limits"][0]
     assert abs(last["discrepancy"]) < 0.05
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("least", "made"), [("2.6 mm", "solid and void"), ("4 mm", "lattice")])
+def test_of_all_three_phases_the_lighter_body_is_made(tmp_path, cli, least, made):
+    """Thin members carry without cells; as thick as half of the bar they weigh more than these."""
+    phases = f'phases = ["lattice", "solid", "void"]\nleast_member = "{least}"'
+    result, ended = ran(tmp_path / "any", cli, phases, 'stop_after = "sizing"')
+    assert ended.code == 0, ended.out + ended.err
+    assert f"The run makes {made}" in " ".join(ended.out.split())
+    # The lattice beside members, or a thousandth of its mass where void stands for it.
+    assert (result["lattice_mass_g"] > 0.5) == (made == "lattice")

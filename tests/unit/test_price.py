@@ -2,14 +2,18 @@
 
 import time
 from functools import partial
+from types import SimpleNamespace
 
 import pytest
 
 from gradedesign import pipeline
 from gradedesign.common.system.limits import Deadline
 from gradedesign.common.system.progress import ignore
+from gradedesign.design.check import lighter_phases as phases_module
+from gradedesign.design.check.lighter_phases import lighter_phases
 from gradedesign.design.check.price import PricedBody, asked_body, why_lattice
 from gradedesign.design.loop.announce import Announcer
+from gradedesign.errors import CaseError
 from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.program.store.run_folder import open_run_folder
 
@@ -83,3 +87,46 @@ def test_the_sentence_compares_with_bodies_that_hold():
         'phases = ["solid", "void"] and least_member: lattice is there because the body is to '
         "stay filled."
     )
+
+
+@pytest.mark.parametrize(
+    ("filled", "empty", "made", "words"),
+    [
+        (
+            (8.0, 1.0),
+            (5.0, 1.004),
+            "empty",
+            "sized: lattice and solid 8 g; solid and void 5 g. The run makes solid and void",
+        ),
+        ((8.0, 1.0), (9.0, 0.98), "filled", "9 g. The run makes lattice and solid"),
+        ((8.0, 1.0), (5.0, 1.1), "filled", "solid and void 5 g, a limit is broken. The run makes"),
+        ((8.0, 1.2), (9.0, 0.98), "empty", "8 g, a limit is broken; solid and void 9 g. The run"),
+        ((8.0, 1.2), (7.0, 1.1), "filled", "The run makes lattice and solid"),
+        ((8.0, 1.0), None, "filled", "solid and void left out, buckling of cells. The run makes"),
+    ],
+)
+def test_of_two_bodies_the_lighter_one_that_holds_is_made(monkeypatch, filled, empty, made, words):
+    sizes = {"filled": filled, "empty": empty}
+
+    def body(name, model, _):
+        mass, used = sizes[model]
+        note = "a limit is broken" if used > 1.004 else ""
+        return PricedBody(name=name, mass_g=mass, largest_utilisation=used, note=note)
+
+    def without_cells():
+        if empty is None:
+            raise CaseError("buckling of cells")
+        return SimpleNamespace(homogenised="empty")
+
+    for name in ("size_design", "design_filter"):
+        monkeypatch.setattr(phases_module, name, lambda *_: None)
+    monkeypatch.setattr(phases_module, "sized_body", body)
+    model, bodies, told = lighter_phases(
+        {
+            ("lattice", "solid"): lambda: SimpleNamespace(homogenised="filled"),
+            ("solid", "void"): without_cells,
+        }
+    )
+    assert model.homogenised == made
+    assert [b.asked for b in bodies] == [made == "filled", made == "empty"]
+    assert words in told

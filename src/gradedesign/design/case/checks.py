@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -176,11 +177,11 @@ def _zone_problems(file: CaseFile) -> Iterator[Problem]:
     for key in ("transition", "parameter_map"):
         if file.zone and getattr(lattice, key) is not None:
             yield Problem(key=("lattice", key), message="does not go with [[zone]]; leave one out")
-    if file.zone and not lattice.cells:
+    if file.zone and (not lattice.cells or lattice.any_phase):
         yield Problem(
             key=("zone",),
-            message=f"zones tell cells apart, which phases = {shown(list(lattice.made))} leave "
-            "out; leave the zones out too",
+            message=f"zones tell cells apart, which phases = {json.dumps(lattice.made)} "
+            f"{'may ' if lattice.cells else ''}leave out; leave the zones out too",
         )
     mixed = lattice.transition is not None or lattice.parameter_map is not None
     if not file.zone and (lattice.stated or not mixed):

@@ -12,7 +12,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.design.case.schema import Case
 from gradedesign.design.check.predicted_run import PredictedRun, budget_warnings, predicted_run
 from gradedesign.design.resolve.exclusion import exclusion_words, judged_share
-from gradedesign.design.resolve.plan import Plan, resolve_case, stated_zones
+from gradedesign.design.resolve.plan import Plan, resolve_case
 from gradedesign.design.resolve.registry import Registry
 from gradedesign.design.resolve.resolve_law import resolve_law
 from gradedesign.design.resolve.size_effects import periodic_warnings, why_periodic
@@ -88,7 +88,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
     plan = resolve_case(case, registry)
     case = plan.case
     remarks = [*plan.warnings, *plan.narrowed]
-    for zone in stated_zones(plan):
+    for zone in plan.stated_zones:
         if zone.law.known is not None:
             remarks += resolve_law(
                 zone.lattice,

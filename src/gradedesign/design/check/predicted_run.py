@@ -12,7 +12,7 @@ from gradedesign.design.loop.run_cost import require_solver_takes
 from gradedesign.design.loop.run_work import remeshed_tets
 from gradedesign.design.resolve.analysable import EXPECTED_SHARE, Analysable
 from gradedesign.design.resolve.analysable_lattice import analysable_lattice
-from gradedesign.design.resolve.plan import Plan, stated_zones
+from gradedesign.design.resolve.plan import Plan
 from gradedesign.design.resolve.planned_solid import planned_part, planned_solid
 from gradedesign.design.resolve.predicted_part_mesh import predicted_part_dofs
 from gradedesign.design.resolve.zones import ResolvedZone
@@ -72,7 +72,7 @@ def predicted_run(plan: Plan, inside: int) -> PredictedRun:
     share = plan.layout.points.shape[1] / max(inside, 1)
     able = analysable_lattice(
         plan,
-        [zone.bounds for zone in stated_zones(plan)],
+        [zone.bounds for zone in plan.stated_zones],
         latticed=plan.part.volume * share,
         solid=plan.part.volume * (1.0 - share),
     )
@@ -115,7 +115,7 @@ def predicted_run(plan: Plan, inside: int) -> PredictedRun:
         raised=(*able.warnings, *doubts),
         cost=predict_cost(work),
         explicit=explicit,
-        law_s=60.0 * _laws_minutes(stated_zones(plan)),
+        law_s=60.0 * _laws_minutes(plan.stated_zones),
     )
 
 
@@ -130,7 +130,7 @@ def _work(
     """Work of a run whose explicit grid has that size; spacings of walls and of the grid, mm."""
     walls, spacing = spacings
     case, explicit = plan.case, size is not _NO_ANALYSIS
-    first = min(first_spacing(able.analysis, spacing, stated.cell) for stated in stated_zones(plan))
+    first = min(first_spacing(able.analysis, spacing, stated.cell) for stated in plan.stated_zones)
     return RunWork(
         part_dofs=predicted_part_dofs(case.part, plan.part),
         load_cases=len(case.load_case),
@@ -163,7 +163,7 @@ def _predicted_grid(plan: Plan, density: float, able: Analysable) -> PredictedGr
     case = plan.case
     size = case.lattice.size[-1] if case.lattice.graded_size else plan.layout.least
     finest = []
-    for stated, zone in zip(stated_zones(plan), able.zones or (able,), strict=True):
+    for stated, zone in zip(plan.stated_zones, able.zones or (able,), strict=True):
         low = density if case.lattice.grading == "uniform" else zone.bounds[0]
         thickness = case.lattice.wall or float(wall_mm(stated.cell, low, size))
         finest.append((thickness / zone.elements_per_wall, thickness, low))

@@ -30,6 +30,8 @@ from gradedesign.geometry.lattice.part_room import inner_points
 from gradedesign.mechanics.explicit.correction import Correction
 from gradedesign.mechanics.material.law_field import LawField
 from gradedesign.mechanics.material.void_law import VOID_DENSITY, VOID_LAW
+from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
+from gradedesign.mechanics.sizing.size import SizingResult
 
 #: Sizing iterations of every body: as in the second one of the loop, whose mass changes little
 #: after.
@@ -42,16 +44,17 @@ _LIGHTER = 0.02
 #: Keys of ``[lattice]`` of bodies.
 _SIZE = "least_member"
 _ALONE = {"method": "lightest", "phases": PHASES[:1], _SIZE: None}
-_VOID_BODY = "solid and void"
+#: Names of bodies with members.
+_FILLED_BODY, _VOID_BODY = (" and ".join(phases) for phases in (PHASES[:2], PHASES[1:]))
 _BODIES: dict[str, dict[str, Any]] = {
     "uniform lattice": {**_ALONE, "grading": "uniform"},
     "stress mapped to density": {**_ALONE, "method": "stress-to-density"},
     "graded lattice": _ALONE,
-    "lattice and solid": {"method": "lightest", "phases": PHASES[:2]},
+    _FILLED_BODY: {"method": "lightest", "phases": PHASES[:2]},
     _VOID_BODY: {"method": "lightest", "phases": PHASES[1:]},
 }
 _NOTES = {
-    "lattice and solid": "before it is cut into members that print",
+    _FILLED_BODY: "before it is cut into members that print",
     _VOID_BODY: "by stiffness alone, before it is cut into members that print",
 }
 #: Keys by which a case asks for them.
@@ -59,7 +62,7 @@ _KEYS = {
     "uniform lattice": 'grading = "uniform"',
     "stress mapped to density": 'method = "stress-to-density"',
     "graded lattice": 'method = "lightest" with grading = "level" and phases = ["lattice"]',
-    "lattice and solid": 'phases = ["lattice", "solid"]',
+    _FILLED_BODY: 'phases = ["lattice", "solid"]',
     _VOID_BODY: 'phases = ["solid", "void"] and least_member',
 }
 
@@ -73,6 +76,11 @@ class PricedBody:
     largest_utilisation: float | None  #: Of the most used limit.
     asked: bool = False  #: Whether it is the one that the case asks for.
     note: str = ""  #: Why there is none, or what it leaves out.
+
+    @property
+    def holds(self) -> bool:
+        """Whether there is one, which holds the limits."""
+        return self.mass_g is not None and not (self.largest_utilisation or 0) > _HOLDS
 
     @property
     def words(self) -> str:
@@ -90,7 +98,6 @@ def price_of_lattice(
     """
     part, plan, case = model.homogenised, model.plan, model.plan.case
     density = part.material.density * 1e6
-    passive = density * float(part.volumes @ part.solid_fraction)
     used = max((row.utilisation for row in model.solid), default=None)
     solid = density * float(part.volumes.sum())
     # Cells that hold nothing, without limits on their stress.
@@ -105,20 +112,20 @@ def price_of_lattice(
     bodies = [PricedBody(name="part as modelled", mass_g=solid, largest_utilisation=used)]
     if not case.lattice.cells:
         why = 'phases = ["solid", "void"] names no cell'
-        return (*bodies, *(_none(name, why, asked=name == _VOID_BODY) for name in _BODIES))
+        return (*bodies, *(left_out(name, why, asked=name == _VOID_BODY) for name in _BODIES))
     asked_for = asked_body(case.lattice)
     for name, keys in _BODIES.items():
         if case.lattice.grading == "uniform":
             keys = {"grading": "level", **keys}
-        asked = name == asked_for
+        asked = name == asked_for or (case.lattice.any_phase and name == _VOID_BODY)
         if reason := why_not():
-            bodies.append(_none(name, reason, asked=asked))
+            bodies.append(left_out(name, reason, asked=asked))
             continue
         report_step(f"sizing: {name}")
         try:
             other = model if name != _VOID_BODY else void
             # The loop began with the same sizing of the body that is asked for: it is stored.
-            if not asked:
+            if name != asked_for:
                 lattice = case.lattice.model_copy(update=keys)
                 lattice = with_member_size(lattice, case.part, case.print, case.where)
                 case_of_it = case.model_copy(update={"lattice": lattice})
@@ -126,19 +133,27 @@ def price_of_lattice(
             settings = SizingPlan(most_iterations=SIZING_ITERATIONS, bodies=False)
             sized = size_design(other, Correction(), {}, design_filter(other), settings)
         except GradeDesignError as error:
-            bodies.append(_none(name, str(error), asked=asked))
+            bodies.append(left_out(name, str(error), asked=asked))
             continue
-        last = sized.history[-1]
-        bodies.append(
-            PricedBody(
-                name=name,
-                mass_g=passive + last.mass_g,
-                largest_utilisation=last.utilisation,
-                asked=asked,
-                note=_NOTES.get(name, "") if last.utilisation <= _HOLDS else "a limit is broken",
-            )
-        )
+        bodies.append(sized_body(name, part, sized, asked=asked, note=_NOTES.get(name, "")))
     return tuple(bodies)
+
+
+def sized_body(
+    name: str, part: HomogenisedModel, sized: SizingResult, *, asked: bool = False, note: str = ""
+) -> PricedBody:
+    """A body as it was sized, with what is solid in any case."""
+    last = sized.history[-1]
+    passive = part.material.density * 1e6 * float(part.volumes @ part.solid_fraction)
+    if last.utilisation > _HOLDS:
+        note = "a limit is broken"
+    return PricedBody(
+        name=name,
+        mass_g=passive + last.mass_g,
+        largest_utilisation=last.utilisation,
+        asked=asked,
+        note=note,
+    )
 
 
 def asked_body(lattice: LatticeSpec) -> str:
@@ -149,7 +164,7 @@ def asked_body(lattice: LatticeSpec) -> str:
         return "uniform lattice"
     if not lattice.cells:
         return _VOID_BODY
-    return "lattice and solid" if lattice.members else "graded lattice"
+    return _FILLED_BODY if lattice.members else "graded lattice"
 
 
 def seconds_of_bodies(checked: CaseCheck, registry: Registry) -> dict[str, float]:
@@ -161,9 +176,8 @@ def seconds_of_bodies(checked: CaseCheck, registry: Registry) -> dict[str, float
         with suppress(GradeDesignError):
             lattice, plan = case.lattice.model_copy(update=keys), checked.plan
             if name == _VOID_BODY:
-                least = with_member_size(lattice, case.part, case.print, case.where).least_member
-                stated = {"phases": list(keys["phases"]), _SIZE: f"{least} mm"}
-                lattice = LatticeSpec.model_validate(stated)
+                lattice = with_member_size(lattice, case.part, case.print, case.where)
+                lattice = lattice.without_cells()
                 cells = with_own_cell(lattice, registry, case.where)
                 plan = resolve_case(case.model_copy(update={"lattice": lattice}), cells)
             other = with_acceptance(case.model_copy(update={"lattice": lattice}))
@@ -172,17 +186,14 @@ def seconds_of_bodies(checked: CaseCheck, registry: Registry) -> dict[str, float
     return found
 
 
-def _none(name: str, why: str, *, asked: bool) -> PricedBody:
+def left_out(name: str, why: str, *, asked: bool = False) -> PricedBody:
+    """A body that was not sized, and why."""
     return PricedBody(name=name, mass_g=None, largest_utilisation=None, asked=asked, note=why)
 
 
 def why_lattice(bodies: Sequence[PricedBody]) -> str:
     """One sentence on the body that the case asks for beside the lightest that holds."""
-    holding = {
-        b.name: b
-        for b in bodies
-        if b.mass_g is not None and not (b.largest_utilisation or 0) > _HOLDS
-    }
+    holding = {body.name: body for body in bodies if body.holds}
     own = next((body for body in bodies if body.asked), None)
     if own is None or own.mass_g is None:
         return ""
@@ -198,7 +209,11 @@ def why_lattice(bodies: Sequence[PricedBody]) -> str:
     if void is not None and void.mass_g is not None and void.mass_g < own.mass_g:
         words += (
             f"Without cells, solid and void would weigh {1 - void.mass_g / own.mass_g:.0%} less by "
-            f"stiffness alone, {_KEYS[_VOID_BODY]}: lattice is there because the body is to stay "
-            f"filled."
+            f"stiffness alone, "
+        )
+        words += (
+            "and a run sizes both, cut into members, to make the lighter."
+            if void.asked
+            else f"{_KEYS[_VOID_BODY]}: lattice is there because the body is to stay filled."
         )
     return words or "no other body that was looked at is lighter at these limits."

@@ -101,9 +101,9 @@ def design_filter(model: DesignModel) -> DensityFilter:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SizingPlan:
-    """Settings of one sizing."""
+    """Settings of one sizing; by default those of the first iteration, whose design is stored."""
 
-    most_iterations: int
+    most_iterations: int = FIRST_SIZING_ITERATIONS[0]
     start: FloatArray | None = None  #: ``(n,)``. Design variables to begin with.
     target: float = TARGET  #: Utilisation of the limits that it aims at.
     keep: float = 0.0  #: Share of its start that every variable keeps at least.

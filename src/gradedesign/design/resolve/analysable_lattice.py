@@ -11,7 +11,7 @@ from gradedesign.design.resolve.analysable import (
     analysable_bounds,
     analysable_together,
 )
-from gradedesign.design.resolve.plan import Plan, stated_zones
+from gradedesign.design.resolve.plan import Plan
 from gradedesign.design.resolve.planned_solid import planned_part
 from gradedesign.errors import ResourceError
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
@@ -54,7 +54,7 @@ def analysable_lattice(
                 part=part,
                 domain=plan.domain,
             )
-            for zone, window in zip(stated_zones(plan), bounds, strict=True)
+            for zone, window in zip(plan.stated_zones, bounds, strict=True)
         ]
     )
     if able.refusal:

@@ -87,6 +87,23 @@ class Plan:
     warnings: tuple[str, ...]  #: Of reading, sizes and loads.
     narrowed: tuple[str, ...]  #: Which window narrowed the user's.
 
+    @property
+    def stated_zones(self) -> tuple[ResolvedZone, ...]:
+        """Every zone, the first the lattice outside all others; only that one without zones."""
+        if self.zones is not None:
+            return self.zones.zones
+        case = self.case
+        return (
+            ResolvedZone(
+                name="lattice",
+                lattice=case.lattice,
+                where=case.where,
+                cell=self.cell,
+                law=self.law,
+                bounds=self.bounds,
+            ),
+        )
+
 
 def resolve_case(case: Case, registry: Registry) -> Plan:
     """Resolve names, read the part, find its regions, place the cells, intersect the windows.
@@ -106,7 +123,7 @@ def resolve_case(case: Case, registry: Registry) -> Plan:
     zones = resolve_zones(
         plan.case,
         registry,
-        stated_zones(plan)[0],
+        plan.stated_zones[0],
         plan.domain.of(Zones),
         plan.layout,
         plan.material.poissons_ratio,
@@ -265,20 +282,3 @@ def _slender_members(lattice: LatticeSpec, limits: LimitsSpec, strength: float |
         f"stress is limited, but no limit says whether slender members buckle; [limits] "
         f"{PART_BUCKLING_KIND.name} = [{{least = 2.0}}] judges it"
     ]
-
-
-def stated_zones(plan: Plan) -> tuple[ResolvedZone, ...]:
-    """Every zone, the first the lattice outside all others; only that one without zones."""
-    case = plan.case
-    if plan.zones is not None:
-        return plan.zones.zones
-    return (
-        ResolvedZone(
-            name="lattice",
-            lattice=case.lattice,
-            where=case.where,
-            cell=plan.cell,
-            law=plan.law,
-            bounds=plan.bounds,
-        ),
-    )

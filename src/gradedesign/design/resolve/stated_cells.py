@@ -153,7 +153,14 @@ def placed_cells(
     spec, measures = case.lattice, dict[str, Any]()
     if spec.parameter_map is not None:
         name = spec.parameter_map.parameter
-        share = _parameter_share(case, spec.parameter_map, density, domain)
+        share = _parameter_share(
+            case.where,
+            spec.parameter_map,
+            density,
+            domain,
+            spec.cell_size / _WEIGHT_NODES_PER_CELL,
+            case.run.memory,
+        )
         measures = {"parameter": name, "values": [c.parameters[name] for c in cells.members]}
     elif spec.transition is not None:
         with locating(case.where, "lattice.transition.weight"):
@@ -260,18 +267,22 @@ def least_density(density: DensityGrid | float) -> float:
 
 
 def _parameter_share(
-    case: Case,
+    where: Where,
     spec: ParameterMapSpec,
     density: DensityGrid | float,
     domain: DesignDomain,
+    spacing: float,
+    memory: int,
 ) -> Field:
     """Place between the first and last increment, 0 to 1, at points ``(3, ...)`` mm.
+
+    ``spacing``, mm, and ``memory``, bytes: of the grid on which a formula is sampled.
 
     Raises CaseError if the parameter is to follow a density that is the same everywhere. Raises
     DensityError if the formula leaves the values of the increments inside the part.
     """
     first, last = spec.values
-    with locating(case.where, "lattice.parameter_map"):
+    with locating(where, "lattice.parameter_map"):
         if spec.formula is None:
             if not isinstance(density, DensityGrid) or np.ptp(density.values) == 0:
                 raise CaseError(
@@ -287,10 +298,10 @@ def _parameter_share(
             domain.distance,
             domain.lower,
             domain.upper,
-            spacing=case.lattice.cell_size / _WEIGHT_NODES_PER_CELL,
+            spacing=spacing,
             window=(0.0, 1.0),
             quantity=f"formula of {spec.parameter}, with {first:g} as 0 and {last:g} as 1,",
-            memory_limit_bytes=case.run.memory,
+            memory_limit_bytes=memory,
         )
     return lambda points: evaluate(shares, points)
 

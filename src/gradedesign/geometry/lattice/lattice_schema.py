@@ -43,12 +43,14 @@ _METHODS = ("lightest", "stress-to-density")
 #: What a place of the part may hold, beside what the case states to be solid.
 PHASES = ("lattice", "solid", "void")
 #: Phases that a part may hold together.
-_TOGETHER = (PHASES[:1], PHASES[:2], PHASES[1:])
+_TOGETHER = (PHASES[:1], PHASES[:2], PHASES[1:], PHASES)
 #: Quantities that may follow the density.
 GRADINGS = ("uniform", "level", "thickness", "size", "ratio")
 
 #: Keys of a lattice that say how its density is found.
 _FINDING = ("method", "size_effects", "phases", "least_member")
+#: Keys of solids that lie about cells, which a body without them has not.
+_ABOUT_CELLS = ("skin", "bevel", "least_cavity", "drain")
 #: Keys that a part without cells may state.
 _WITHOUT_CELLS = {"phases", "least_member", "method", "joint_radius"}
 #: Densities of the bars that stand for void in what is planned: about what members fill.
@@ -128,9 +130,9 @@ class LatticeSpec(Table):
     holds, with ``acceptance = "whole"`` unless it is stated."""
     phases: Annotated[tuple[str, ...] | None, Choices(PHASES)] = None
     """Phases that the part may hold: ["lattice"]; ["lattice", "solid"] for solid members among the
-    cells wherever that is lighter; or ["solid", "void"] for members alone, without any cell. By
-    default lattice and solid; lattice alone with stress-to-density, a uniform density and one that
-    is stated, which make no members."""
+    cells wherever that is lighter; ["solid", "void"] for members alone, without any cell; or all
+    three for the lighter of the last two. By default lattice and solid; lattice alone with
+    stress-to-density, a uniform density and one that is stated, which make no members."""
     least_member: Size | None = Field(default=None, examples=["5 mm"])
     """Least thickness of solid members, mm; a quarter of a cell by default, or one and a half
     ``mesh_size`` where that is stated and larger. Without cells it has no default."""
@@ -144,7 +146,7 @@ class LatticeSpec(Table):
         reference = super().__get_pydantic_json_schema__(schema, handler)
         body: dict[str, Any] = handler.resolve_ref_schema(reference)
         void = {
-            "properties": {"phases": {"contains": {"const": PHASES[2]}}},
+            "properties": {"phases": {"not": {"contains": {"const": PHASES[0]}}}},
             "required": ["phases"],
         }
         body["if"], body["then"] = void, {"required": ["least_member"]}
@@ -189,6 +191,16 @@ class LatticeSpec(Table):
     def cells(self) -> bool:
         """Whether cells are a phase of it."""
         return PHASES[0] in self.made
+
+    @property
+    def any_phase(self) -> bool:
+        """Whether a run chooses between lattice and solid and solid and void."""
+        return self.phases == PHASES
+
+    def without_cells(self) -> LatticeSpec:
+        """Solid and void in place of it, with members of its least thickness."""
+        stated = {"phases": list(PHASES[1:]), "least_member": f"{self.least_member} mm"}
+        return LatticeSpec.model_validate(stated)
 
     @property
     def cell_size(self) -> float:
@@ -308,7 +320,7 @@ class LatticeSpec(Table):
     def _no_cells(cls, value: Any) -> Any:
         """State what stands for cells, which have no keys where the phases leave them out."""
         phases = value.get("phases") if isinstance(value, dict) else None
-        if not isinstance(phases, list) or sorted(map(str, phases)) != sorted(_TOGETHER[-1]):
+        if not isinstance(phases, list) or sorted(map(str, phases)) != sorted(PHASES[1:]):
             return value
         for key in value:
             if key in cls.model_fields and key not in _WITHOUT_CELLS:
@@ -346,6 +358,14 @@ class LatticeSpec(Table):
                 'grading = "uniform" makes lattice of one density alone; expected '
                 'phases = ["lattice"], or another grading',
             )
+        brought = type(self).model_fields.keys() - LatticeSpec.model_fields.keys()
+        for key in (*_ABOUT_CELLS, *brought) if self.any_phase else ():
+            if getattr(self, key):
+                raise key_error(
+                    key,
+                    "does not go with void, which may take the place of all cells; leave it out, "
+                    'or expected phases = ["lattice", "solid"]',
+                )
         return self
 
     @model_validator(mode="after")
