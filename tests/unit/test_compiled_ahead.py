@@ -99,6 +99,7 @@ def solved_block():
     return solve_divided(block, *divide(block, 0.9)).work["hang"]
 
 
+@pytest.mark.slow
 def test_the_process_compiles_what_an_analysis_takes():
     """Solving another solid after it gives the kernels no further signatures."""
     kernels = (add_product, add_patches, fitted_weights)

@@ -30,6 +30,7 @@ stress = "40 MPa"
 cell = "gyroid-sheet"
 size = "10 mm"
 density = [0.199, 0.201]
+phases = ["lattice"]
 [run]
 stop_after = "sizing"
 [output]

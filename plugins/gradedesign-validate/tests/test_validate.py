@@ -75,7 +75,7 @@ STATED = """\
 [case]
 name = "block"
 [part]
-box = ["12 mm", "12 mm", "12 mm"]
+box = ["6 mm", "6 mm", "6 mm"]
 [material]
 name = "Ti-6Al-4V"
 [lattice]
@@ -89,9 +89,9 @@ formats = ["stl"]
 """
 BLOCK = """\
 [mass_g]
-value = 2.667
-tolerance = 0.02
-origin = "12^3 mm^3 of 4.41 g/cm^3 at a density of 0.35"
+value = 0.3334
+tolerance = 0.0025
+origin = "6^3 mm^3 of 4.41 g/cm^3 at a density of 0.35"
 """
 
 
@@ -108,7 +108,7 @@ def test_cases_in_processes_write_a_history_that_tells_what_changed(cli, tmp_pat
     assert {line["case"] for line in lines} == {"block", "brick"}
     for line in lines:
         assert line["passed"]
-        assert line["mass_g"] == pytest.approx(2.667, rel=0.02)
+        assert line["mass_g"] == pytest.approx(0.3334, rel=0.02)
         assert line["values"] == {"mass_g": line["mass_g"]}
         assert 50e6 < line["peak_bytes"] < 2e9
     assert (tmp_path / "history-block.png").read_bytes().startswith(b"\x89PNG")
