@@ -49,7 +49,7 @@ from gradedesign.mechanics.sizing.members import (
     member_filter,
     member_price,
     member_shares,
-    share_slope,
+    step_slope,
     with_members,
     with_moments,
 )
@@ -67,26 +67,30 @@ MATERIAL = Material(
 )
 
 
-def members(sharpness, price=0.0, count=7):
+def members(sharpness, price=0.0, count=7, threshold=0.5):
     same = DensityFilter(factors=(identity(count, format="csr"),))
-    return Members(filter=same, radius=1.0, sharpness=sharpness, price=price)
+    return Members(filter=same, radius=1.0, sharpness=sharpness, price=price, threshold=threshold)
 
 
-@given(st.floats(0.0, 32.0), st.floats(0.0, 10.0))
-def test_shares_go_from_nothing_to_all_and_so_does_their_price(sharpness, price):
-    found = members(sharpness, price)
+@given(st.floats(0.0, 32.0), st.floats(0.0, 10.0), st.floats(0.3, 0.7))
+def test_shares_go_from_nothing_to_all_and_so_does_their_price(sharpness, price, threshold):
     b = np.linspace(0.0, 1.0, 7)
+    half = member_shares(members(sharpness), b)
+    assert half[3] == pytest.approx(0.5, abs=1e-12)
+    found = members(sharpness, price, threshold=threshold)
     share = member_shares(found, b)
-    assert share[[0, 3, 6]] == pytest.approx([0.0, 0.5, 1.0], abs=1e-12)
+    assert share[[0, 6]] == pytest.approx([0.0, 1.0], abs=1e-12)
     assert (np.diff(share) > 0).all()
+    # A higher threshold is a thinner member.
+    assert (np.sign(half - share)[1:-1] * np.sign(threshold - 0.5) >= -1e-12).all()
     cost, slope = member_price(found, share)
     assert cost[[0, 6]] == pytest.approx([0.0, 1.0], abs=1e-12)
     assert (cost >= share - 1e-12).all()
     step = 1e-6
     inner = b[1:-1]
-    few = members(sharpness, price, 5)
+    few = members(sharpness, price, 5, threshold)
     rise = (member_shares(few, inner + step) - member_shares(few, inner - step)) / (2 * step)
-    np.testing.assert_allclose(share_slope(few, inner), rise, rtol=1e-4, atol=1e-7)
+    np.testing.assert_allclose(step_slope(few, inner, threshold), rise, rtol=1e-4, atol=1e-7)
     ahead, back = (member_price(few, share[1:-1] + s * step)[0] for s in (1, -1))
     np.testing.assert_allclose(slope[1:-1], (ahead - back) / (2 * step), rtol=1e-4, atol=1e-7)
 

@@ -3,10 +3,12 @@
 A filtered variable between 0 and 1 becomes a share by a smooth step, steeper and steeper (Wang,
 Lazarov, Sigmund, Struct. Multidisc. Optim. 43, 2011, equation 9), at the four Gauss points of every
 tetrahedron: the surface of a member passes through tetrahedra, which are about as large as it is
-thick. Solid and lattice at a point are strained alike, so that stiffness is linear in the shares; a
-share between costs more than it weighs, which makes shares all or nothing. The price is the inverse
-of the rational interpolation of stiffness by Stolpe and Svanberg (Struct. Multidisc. Optim. 22,
-2001, equation 6), put on the mass: one and the same at 0 and 1, and finite in its slopes.
+thick. Members weigh what a step at a half makes; where a step at a higher threshold carries (their
+eroded design), none is so thin that single Gauss points alone hold it. Solid and lattice at a point
+are strained alike, so that stiffness is linear in the shares; a share between costs more than it
+weighs, which makes shares all or nothing. The price is the inverse of the rational interpolation of
+stiffness by Stolpe and Svanberg (Struct. Multidisc. Optim. 22, 2001, equation 6), put on the mass:
+one and the same at 0 and 1, and finite in its slopes.
 """
 
 from __future__ import annotations
@@ -25,6 +27,8 @@ from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel, fil
 #: Added to the variables of members, whose logarithms sizing changes: a share of solid that is as
 #: stiff as lattice of low density, so that a step changes the stiffness of both by like shares.
 LEAST_MEMBER = 0.05
+#: Filtered variable at the surface of a member.
+HALF = 0.5
 #: Sharpness below which the step is a straight line: it bends by less than a thousandth there.
 _STRAIGHT = 0.1
 #: Gauss points of a tetrahedron, each of a quarter of its volume.
@@ -40,6 +44,8 @@ class Members:
     filter: DensityFilter
     radius: float  #: mm. Of that filter, which follows from the least member.
     sharpness: float = 0.0  #: Of the step; 0: the share is the filtered variable itself.
+    #: Filtered variable from which on members carry; they weigh from a half on.
+    threshold: float = HALF
     #: How much more a share between 0 and 1 costs than it weighs: ``1 + price`` times near 0.
     price: float = 0.0
 
@@ -53,6 +59,7 @@ class MemberField:
     variables: FloatArray
     radius: float  #: mm. Of the filter.
     offset: float = 0.0  #: mm. By which the surface is moved outward then.
+    threshold: float = HALF  #: That of `Members`, with which they were sized.
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "variables", locked(self.variables, (None,), name="variables"))
@@ -70,8 +77,8 @@ def member_filter(model: HomogenisedModel, radius: float) -> DensityFilter:
 
 
 def member_shares(members: Members, b: FloatArray) -> FloatArray:
-    """Shares at the Gauss points ``(4 M,)`` of variables ``(n,)``."""
-    return stepped(members, filtered(members.filter, b))
+    """Shares at the Gauss points ``(4 M,)`` that carry, of variables ``(n,)``."""
+    return stepped(members, filtered(members.filter, b), members.threshold)
 
 
 def mean_share(share: FloatArray) -> FloatArray:
@@ -84,21 +91,22 @@ def at_points(by_share: FloatArray) -> FloatArray:
     return np.tile(by_share / POINTS, POINTS)
 
 
-def stepped(members: Members, field: FloatArray) -> FloatArray:
-    """Shares of filtered variables, both ``(4 M,)``."""
+def stepped(members: Members, field: FloatArray, threshold: float = HALF) -> FloatArray:
+    """Shares of filtered variables, both ``(4 M,)``: 0 at 0, and 1 at 1."""
     x, beta = np.clip(field, 0.0, 1.0), members.sharpness
     if beta <= _STRAIGHT:
         return x
-    return np.asarray(0.5 + 0.5 * np.tanh(beta * (x - 0.5)) / np.tanh(0.5 * beta))
+    below, above = np.tanh(beta * threshold), np.tanh(beta * (1.0 - threshold))
+    return np.asarray((below + np.tanh(beta * (x - threshold))) / (below + above))
 
 
-def share_slope(members: Members, b: FloatArray) -> FloatArray:
-    """Derivative of every share by its filtered variable, ``(4 M,)``."""
-    x = np.clip(filtered(members.filter, b), 0.0, 1.0)
-    beta = members.sharpness
+def step_slope(members: Members, field: FloatArray, threshold: float = HALF) -> FloatArray:
+    """Derivative of every share by its filtered variable, both ``(4 M,)``."""
+    x, beta = np.clip(field, 0.0, 1.0), members.sharpness
     if beta <= _STRAIGHT:
         return np.ones_like(x)
-    return np.asarray(0.5 * beta / np.cosh(beta * (x - 0.5)) ** 2 / np.tanh(0.5 * beta))
+    whole = np.tanh(beta * threshold) + np.tanh(beta * (1.0 - threshold))
+    return np.asarray(beta / np.cosh(beta * (x - threshold)) ** 2 / whole)
 
 
 def member_price(members: Members, share: FloatArray) -> tuple[FloatArray, FloatArray]:

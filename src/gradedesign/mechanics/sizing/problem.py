@@ -144,7 +144,8 @@ def member_field(problem: SizingProblem, x: FloatArray) -> MemberField | None:
     """Field of members, of whose filtered values their shares are steps; None without any."""
     if problem.members is None:
         return None
-    return MemberField(variables=member_variables(problem, x), radius=problem.members.radius)
+    members = problem.members
+    return MemberField(member_variables(problem, x), members.radius, threshold=members.threshold)
 
 
 def variable_bounds(problem: SizingProblem) -> tuple[FloatArray, FloatArray]:

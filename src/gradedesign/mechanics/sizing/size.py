@@ -13,14 +13,16 @@ import numpy as np
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.common.system.progress import report_step, stepping
 from gradedesign.mechanics.limits.state import Response
-from gradedesign.mechanics.sizing.filter import collected
+from gradedesign.mechanics.sizing.filter import collected, filtered
 from gradedesign.mechanics.sizing.homogenised import homogenised_system, solid_held, solid_slope
 from gradedesign.mechanics.sizing.mean_density import size_by_mean_density
 from gradedesign.mechanics.sizing.members import (
+    HALF,
     at_points,
     mean_share,
     member_price,
-    share_slope,
+    step_slope,
+    stepped,
     with_members,
 )
 from gradedesign.mechanics.sizing.moving_asymptotes import (
@@ -183,13 +185,14 @@ def _next_variables(
         values = np.log(used)
     gradients = analysed.gradients / (problem.target * used[:, None])
     upper = variable_bounds(problem)[1]
+    carrying = HALF if problem.members is None else problem.members.threshold
     free = least < upper
     new = least.copy()
     new[free], _ = asymptotes_step(
         x[free],
-        _by_variables(problem, x, _cost(problem, analysed.state))[free],
+        _cost(problem, x, analysed.state)[free],
         values,
-        _by_variables(problem, x, gradients)[:, free],
+        _by_variables(problem, x, gradients, carrying)[:, free],
         (least[free], upper[free]),
         asymptotes.distance[free],
         move=move,
@@ -197,30 +200,37 @@ def _next_variables(
     return new
 
 
-def _cost(problem: SizingProblem, state: SolvedState) -> FloatArray:
-    """Derivatives ``(P,)`` of the mass by every variable of the design, over the mass.
+def _cost(problem: SizingProblem, x: FloatArray, state: SolvedState) -> FloatArray:
+    """Derivatives ``(n,)`` of the mass by every variable, over the mass.
 
     Shares of members between 0 and 1 cost their price.
     """
-    model, rho, share = problem.model, state.rho, state.share
+    model, rho, members = problem.model, state.rho, problem.members
     room, slope = model.lattice_volumes, solid_slope(model, rho)
-    over = model.material.density / designed_mass(model, rho, share)
-    if share is None or problem.members is None:
-        return np.asarray(room * slope * over)
-    price, by_share = member_price(problem.members, share)
+    over = model.material.density / designed_mass(model, rho, state.share)
+    if members is None:
+        return _by_variables(problem, x, room * slope * over)
+    weighed = stepped(members, filtered(members.filter, member_variables(problem, x)))
+    price, by_share = member_price(members, weighed)
     by_density = room * (1 - mean_share(price)) * slope
     by_mean = at_points(room * (1 - solid_held(model, rho)))
-    return np.concatenate([by_density, by_mean * by_share]) * over
+    return _by_variables(problem, x, np.concatenate([by_density, by_mean * by_share]) * over)
 
 
-def _by_variables(problem: SizingProblem, x: FloatArray, by_design: FloatArray) -> FloatArray:
-    """Derivatives ``(..., n)`` by variables of those by every variable of the design, (..., P)."""
-    count = problem.filter.shape[0]
+def _by_variables(
+    problem: SizingProblem, x: FloatArray, by_design: FloatArray, threshold: float = HALF
+) -> FloatArray:
+    """Derivatives ``(..., n)`` by variables of those by every variable of the design, (..., P).
+
+    ``threshold``: of the step from which shares of members follow.
+    """
+    count, members = problem.filter.shape[0], problem.members
     by_x = collected(problem.filter, by_design[..., :count] * density_slope(problem))
-    if problem.members is None:
+    if members is None:
         return by_x
-    slope = share_slope(problem.members, member_variables(problem, x))
-    by_b = collected(problem.members.filter, by_design[..., count:] * slope)
+    field = filtered(members.filter, member_variables(problem, x))
+    slope = step_slope(members, field, threshold)
+    by_b = collected(members.filter, by_design[..., count:] * slope)
     return np.concatenate([by_x, by_b], axis=-1)
 
 

@@ -7,7 +7,7 @@ of grey becomes bodies, whose surface is moved until the most used limit is met.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +17,7 @@ from gradedesign.common.system.progress import counted
 from gradedesign.mechanics.sizing.analysed_step import analysed_step
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel, effective_density
 from gradedesign.mechanics.sizing.members import (
+    HALF,
     LEAST_MEMBER,
     MemberField,
     Members,
@@ -47,6 +48,13 @@ _ROUGH = STAGES[:4]
 #: Share of solid that a first design begins with, and where cells carry next to nothing, so that it
 #: must not begin far beyond its limits. Chosen, not measured.
 _BEGINNING, _BEGINNING_ALONE = 0.05, 0.3
+#: First of the stages that are repeated with members that carry from a higher threshold on, that
+#: threshold, and how much more than their shares bodies weigh then: filtered variables that hardly
+#: pass a half carry at single Gauss points, which no body follows. `cantilever-compact` in solid
+#: and void, members of 10 mm: 43 g of shares are 86 g of bodies that use 4.3 times the limit, 125 g
+#: where they hold it; with the threshold both weigh 54 g. `mini` with 3 mm: 1.98 instead of 2.36 g.
+#: Where bodies are as heavy as shares it costs: `mbb-beam` 211 instead of 199 g.
+_REPEATED, _THRESHOLD, _HEAVIER = 3, 0.6, 1.05
 #: Radius of the filter of members over their least thickness: a ball of that radius lies inside a
 #: member where its filtered variable is a half at the surface. Chosen, not measured.
 _RADIUS = 1.25
@@ -59,6 +67,8 @@ _FIRST_OFFSET, _MOST_OFFSET = 0.05, 0.25
 
 #: ``sized(problem, start, most iterations, insistence)``: one run of sizing.
 Sized = Callable[[SizingProblem, FloatArray | None, int, int], SizingResult]
+#: Price, sharpness and iterations of one of `STAGES`.
+Stage = tuple[float, float, int]
 #: ``bodied(field)``: the homogenised part with the bodies of a field of members.
 Bodied = Callable[[MemberField], HomogenisedModel]
 
@@ -70,6 +80,7 @@ def size_members(
     sized: Sized,
     bodied: Bodied | None,
     on_step: Callable[[SizingStep], None] | None = None,
+    threshold: float = HALF,
 ) -> SizingResult:
     """The lightest lattice with solid members that holds every limit.
 
@@ -81,10 +92,11 @@ def size_members(
     - ``bodied``: the homogenised part with the bodies of a field of members; None: rough shares are
       the result
     - ``on_step``: receives the analyses of bodies; those of ``sized`` it receives there
+    - ``threshold``: of the members of the earlier design
     """
     problem = replace(problem, model=with_moments(problem.model))
     part, radius = problem.model, _RADIUS * thickness
-    members = Members(filter=member_filter(part, radius), radius=radius)
+    members = Members(filter=member_filter(part, radius), radius=radius, threshold=threshold)
     lo, hi = problem.bounds
     held = float(effective_density(part, np.full(part.volumes.size, hi)).max())
     with_cells = held > LEAST_MEMBER
@@ -98,23 +110,46 @@ def size_members(
             ]
         )
     stages = _ROUGH if bodied is None else STAGES if start is None else STAGES[-1:]
-    for stage in counted(stages, "members, stage", len(stages)):
-        price, sharpness, most = stage
-        members = replace(members, price=price, sharpness=sharpness)
-        insistence = INSISTENCE if stage in (_ROUGH[-1], STAGES[-1]) else 1
-        result = sized(replace(problem, members=members), x, most, insistence)
-        x = result.variables
-        history += result.history
+    results = _staged(problem, members, x, stages, sized)
+    history += [step for result in results for step in result.history]
+    result = results[-1]
     if result.members is None or bodied is None:
         return replace(result, history=tuple(history))
-    field = result.members if with_cells else tied(part, members, result.members, thickness)
-    found, step = _moved(problem, bodied, result, field, thickness, len(history), on_step)
-    return replace(
-        result,
-        members=found,
-        history=(*history, step),
-        feasible=step.utilisation <= 1.0,
-    )
+
+    def bodies(result: SizingResult, field: MemberField) -> SizingResult:
+        if not with_cells:
+            field = tied(part, members, field, thickness)
+        found, step = _moved(problem, bodied, result, field, thickness, len(history), on_step)
+        history.append(step)
+        return replace(result, members=found, feasible=step.utilisation <= 1.0)
+
+    shares, first = history[-1].mass_g, bodies(result, result.members)
+    if start is not None or history[-1].mass_g <= _HEAVIER * shares:
+        return replace(first, history=tuple(history))
+    best = history[-1]
+    eroded = replace(members, threshold=_THRESHOLD)
+    begun = results[_REPEATED - 1].variables
+    again = _staged(problem, eroded, begun, STAGES[_REPEATED:], sized)
+    history += [step for result in again for step in result.history]
+    second = bodies(again[-1], again[-1].members or result.members)
+    aim = _aim(problem)
+    if _rank(best, aim) < _rank(history[-1], aim):
+        return replace(first, history=(*history, best))
+    return replace(second, history=tuple(history))
+
+
+def _staged(
+    problem: SizingProblem, members: Members, x: FloatArray, stages: Sequence[Stage], sized: Sized
+) -> list[SizingResult]:
+    """Results of stages of sizing, each from the variables of the one before."""
+    results: list[SizingResult] = []
+    for stage in counted(stages, "members, stage", len(stages)):
+        price, sharpness, most = stage
+        own = replace(problem, members=replace(members, price=price, sharpness=sharpness))
+        insistence = INSISTENCE if stage in (_ROUGH[-1], STAGES[-1]) else 1
+        results.append(sized(own, x, most, insistence))
+        x = results[-1].variables
+    return results
 
 
 def _moved(
@@ -127,8 +162,7 @@ def _moved(
     on_step: Callable[[SizingStep], None] | None,
 ) -> tuple[MemberField, SizingStep]:
     """The members with the offset at which their bodies meet the aim of the most used limit."""
-    # Bodies as near to their aim as is asked for hold their limits.
-    aim = min(problem.target, 1.0 / (1.0 + _NEAR))
+    aim = _aim(problem)
     tried: list[tuple[MemberField, SizingStep]] = []
     offsets, off = [0.0], list[float]()
     for k in range(_MOST_OFFSETS):
@@ -142,6 +176,11 @@ def _moved(
             break
         offsets.append(_next_offset(offsets, off, thickness))
     return min(tried, key=lambda each: _rank(each[1], aim))
+
+
+def _aim(problem: SizingProblem) -> float:
+    """Utilisation that bodies aim at: as near to it as is asked for they hold their limits."""
+    return min(problem.target, 1.0 / (1.0 + _NEAR))
 
 
 def _step_of_bodies(

@@ -108,7 +108,7 @@ def _sizing_key(
         repr(correction),
         repr(limits),
         repr((*problem.bounds, problem.target, *effort)),
-        repr(members if members is None else (members.sharpness, members.price)),
+        repr(members if members is None else (members.sharpness, members.price, members.threshold)),
         np.zeros(0) if start is None else start,
     )
 

@@ -24,7 +24,7 @@ from gradedesign.mechanics.sizing.members import MemberField
 from gradedesign.program.store.run_folder import RunFolder, open_run_folder
 
 #: Raised when what an iteration stores changes its meaning.
-_ITERATION_VERSION = 11
+_ITERATION_VERSION = 12
 
 
 def default_folder(name: str) -> Path:
@@ -135,8 +135,9 @@ def iteration_to_stage(iteration: DesignIteration) -> tuple[dict[str, FloatArray
     }
     arrays = {"variables": iteration.variables, "rho": iteration.rho}
     if iteration.members is not None:
-        arrays["members"] = iteration.members.variables
-        meta["members"] = [iteration.members.radius, iteration.members.offset]
+        field = iteration.members
+        arrays["members"] = field.variables
+        meta["members"] = [field.radius, field.offset, field.threshold]
     return arrays, meta
 
 
