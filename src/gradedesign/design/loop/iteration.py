@@ -36,7 +36,7 @@ from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.mechanics.limits.verdict import Factors, expected_factors
 from gradedesign.mechanics.sizing.filter import DensityFilter
 from gradedesign.mechanics.sizing.homogenised_model import built_density
-from gradedesign.mechanics.sizing.members import HALF, MemberField
+from gradedesign.mechanics.sizing.members import MemberField
 from gradedesign.mechanics.sizing.size import SizingResult, SizingStep
 
 #: Iterations after which a miss is taken for scatter, and the most room that is left for it.
@@ -189,7 +189,7 @@ def _sizing_plan(previous: Sequence[DesignIteration]) -> SizingPlan:
     number = len(previous)
     return SizingPlan(
         start=previous[-1].variables if previous else None,
-        threshold=previous[-1].members.threshold if previous and previous[-1].members else HALF,
+        members=previous[-1].members if previous else None,
         most_iterations=(
             FIRST_SIZING_ITERATIONS[number]
             if number < len(FIRST_SIZING_ITERATIONS)

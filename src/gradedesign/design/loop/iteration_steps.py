@@ -34,7 +34,7 @@ from gradedesign.mechanics.sizing.lattice_stiffness import (
     in_lattice,
     lattice_stiffness,
 )
-from gradedesign.mechanics.sizing.members import HALF, MemberField
+from gradedesign.mechanics.sizing.members import MemberField
 from gradedesign.mechanics.sizing.responses import solve_adjoints
 from gradedesign.mechanics.sizing.size import INSISTENCE, SizingProblem, SizingResult, SizingStep
 from gradedesign.mechanics.sizing.size_members import size_members
@@ -105,7 +105,7 @@ class SizingPlan:
 
     most_iterations: int = FIRST_SIZING_ITERATIONS[0]
     start: FloatArray | None = None  #: ``(n,)``. Design variables to begin with.
-    threshold: float = HALF  #: With which the members of its start were sized.
+    members: MemberField | None = None  #: Of the design with which it begins.
     target: float = TARGET  #: Utilisation of the limits that it aims at.
     keep: float = 0.0  #: Share of its start that every variable keeps at least.
     bodies: bool = True  #: Whether shares of solid members become bodies.
@@ -163,9 +163,7 @@ def size_design(
         return with_design(model, sizing.model.volumes, members).homogenised
 
     made = bodied if plan.bodies else None
-    return size_members(
-        sizing, thickness, plan.start, sized, made, on_step, threshold=plan.threshold
-    )
+    return size_members(sizing, thickness, plan.start, sized, made, on_step, plan.members)
 
 
 def build_design(

@@ -80,7 +80,7 @@ def size_members(
     sized: Sized,
     bodied: Bodied | None,
     on_step: Callable[[SizingStep], None] | None = None,
-    threshold: float = HALF,
+    earlier: MemberField | None = None,
 ) -> SizingResult:
     """The lightest lattice with solid members that holds every limit.
 
@@ -92,10 +92,11 @@ def size_members(
     - ``bodied``: the homogenised part with the bodies of a field of members; None: rough shares are
       the result
     - ``on_step``: receives the analyses of bodies; those of ``sized`` it receives there
-    - ``threshold``: of the members of the earlier design
+    - ``earlier``: members of the earlier design, whose threshold they have
     """
     problem = replace(problem, model=with_moments(problem.model))
     part, radius = problem.model, _RADIUS * thickness
+    threshold = HALF if earlier is None else earlier.threshold
     members = Members(filter=member_filter(part, radius), radius=radius, threshold=threshold)
     lo, hi = problem.bounds
     held = float(effective_density(part, np.full(part.volumes.size, hi)).max())
