@@ -146,7 +146,12 @@ def render_report(
 def _tightest(result: RunResult) -> list[str]:
     """The limits that are used most, in words, the tightest first."""
     rows = sorted(result.limits, key=lambda row: -row.utilisation)[:_TIGHTEST]
-    return [f"{row.name} {row.utilisation:.1%}" for row in rows]
+    several = len({row.key.load_case for row in result.limits} - {""}) > 1
+    named = [
+        f"{row.name} ({row.key.load_case})" if several and row.key.load_case else row.name
+        for row in rows
+    ]
+    return [f"{name} {row.utilisation:.1%}" for name, row in zip(named, rows, strict=True)]
 
 
 @cache

@@ -187,7 +187,7 @@ def picture_density(path: Path, mesh: TetMesh, rho: FloatArray) -> tuple[str, ..
 
 
 def picture_lattice(
-    path: Path, surface: SurfaceMesh, *, title: str = "Lattice", opened: bool = False
+    path: Path, surface: SurfaceMesh, *, title: str = "Printed body", opened: bool = False
 ) -> tuple[str, ...]:
     """Draw the surface that is printed; opened, without the corner towards the viewer.
 
