@@ -335,9 +335,9 @@ def test_what_a_result_lacks_is_an_error_not_an_empty_place():
 
 def test_the_tightest_limits_name_their_load_case_where_there_are_several():
     first = next(row for row in RESULT.limits if row.key.load_case)
-    other = replace(first, key=replace(first.key, load_case="side"))
+    other = replace(first, key=replace(first.key, load_case="pull"))
     text = unescape(render_report(replace(RESULT, limits=(first, other)), {}, ""))
     name, used = first.name, f"{first.utilisation:.1%}"
-    assert f"{name} ({first.key.load_case}) {used}, {name} (side) {used}." in text
+    assert f"{name} ({first.key.load_case}) {used}, {name} (pull) {used}." in text
     alone = unescape(render_report(replace(RESULT, limits=(first,)), {}, ""))
     assert f"tightest limits: {name} {used}." in alone
