@@ -39,6 +39,7 @@ from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.material.power_law import power_law
 from gradedesign.mechanics.material.scaling_law import LawOrigin
+from gradedesign.mechanics.sizing import size_members as members_module
 from gradedesign.mechanics.sizing.filter import DensityFilter, cone_filter, cone_mean, filtered
 from gradedesign.mechanics.sizing.homogenised import total_mass
 from gradedesign.mechanics.sizing.homogenised_model import homogenised_model
@@ -53,9 +54,18 @@ from gradedesign.mechanics.sizing.members import (
     with_members,
     with_moments,
 )
-from gradedesign.mechanics.sizing.problem import SizingProblem, designed_mass
-from gradedesign.mechanics.sizing.size import size
+from gradedesign.mechanics.sizing.problem import (
+    SizingProblem,
+    SizingResult,
+    SizingStep,
+    designed_mass,
+    element_densities,
+    element_shares,
+    member_variables,
+)
+from gradedesign.mechanics.sizing.size import _cost, size
 from gradedesign.mechanics.sizing.size_members import size_members
+from gradedesign.mechanics.sizing.state import solved_state
 from gradedesign.mechanics.sizing.tied_members import tied
 
 LAW = power_law(
@@ -195,6 +205,79 @@ def test_members_are_lighter_than_lattice_alone():
     z = centroids(problem.model.space.mesh)[2]
     solid = mean(found.members) > 0.5
     assert np.abs(z[solid] - 5.0).mean() > 2.5
+
+
+@pytest.mark.parametrize(
+    ("bodies", "taken"),
+    [
+        ({0.5: (10.4, 0.98)}, 0.5),  # as heavy as their shares: nothing is sized again
+        ({0.5: (20.0, 0.98), 0.6: (12.0, 0.98)}, 0.6),
+        ({0.5: (20.0, 0.98), 0.6: (25.0, 0.98)}, 0.5),
+        ({0.5: (20.0, 0.98), 0.6: (12.0, 1.2)}, 0.5),  # a lighter one that breaks a limit
+    ],
+)
+def test_members_whose_bodies_outweigh_their_shares_are_sized_again(monkeypatch, bodies, taken):
+    """From the sharpness of 8 on, carried from 0.6 on; the lighter bodies that hold are taken."""
+    problem, asked = cantilever(), []
+    count = problem.model.volumes.size
+
+    def step(mass, used=0.98):
+        return SizingStep(
+            iteration=0, mass_g=mass, mean_density=0.2, utilisations=(used,), change=0.0
+        )
+
+    def sized(own, start, most, insistence):
+        asked.append((own.members.sharpness, own.members.threshold))
+        found = MemberField(np.zeros(count), 4.0, threshold=own.members.threshold)
+        return SizingResult(
+            rho=np.full(count, 0.2), variables=start, history=(step(10.0),), converged=True,
+            feasible=True, members=found,
+        )  # fmt: skip
+
+    def moved(own, made, result, field, *rest):
+        return field, step(*bodies[field.threshold])
+
+    monkeypatch.setattr(members_module, "_moved", moved)
+    found = size_members(problem, 3.0, None, sized, lambda _: None)
+    again = [(8.0, 0.6), (16.0, 0.6), (32.0, 0.6), (64.0, 0.6)]
+    assert asked == [(s, 0.5) for s in (0.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)] + (
+        again if len(bodies) > 1 else []
+    )
+    assert found.members.threshold == taken
+    assert found.history[-1].mass_g == bodies[taken][0]
+    # A later iteration of the loop goes on with members of that threshold.
+    asked.clear()
+    monkeypatch.setattr(members_module, "_moved", lambda *given: (given[3], step(99.0)))
+    size_members(problem, 3.0, found.variables, sized, lambda _: None, None, found.members)
+    assert asked == [(64.0, taken)]
+
+
+def test_members_weigh_from_a_half_on_whatever_they_carry_from():
+    """The derivative of the mass that sizing takes off, against central differences."""
+    problem = cantilever()
+    model = with_moments(problem.model)
+    members = Members(filter=member_filter(model, 4.0), radius=4.0, sharpness=4.0, threshold=0.6)
+    problem = replace(problem, model=model, members=members)
+    rng = np.random.default_rng(523)
+    count = model.volumes.size
+    x = np.concatenate([rng.uniform(0.15, 0.5, count), rng.uniform(0.2, 0.9, count)])
+
+    def weighed(x):
+        """Mass with shares from a half on, t."""
+        half = replace(members, threshold=0.5)
+        return designed_mass(
+            model, element_densities(problem, x), member_shares(half, member_variables(problem, x))
+        )
+
+    rho, share = element_densities(problem, x), element_shares(problem, x)
+    state = solved_state(
+        with_members(model, share), rho, problem.limits, share=share, lattice_alone=model
+    )
+    found = _cost(problem, x, state) * designed_mass(model, rho, share)
+    way = rng.normal(size=x.size)
+    step = 1e-5
+    difference = (weighed(x + step * way) - weighed(x - step * way)) / (2 * step)
+    assert found @ way == pytest.approx(difference, rel=1e-6)
 
 
 def test_shares_at_gauss_points_are_those_of_the_filtered_field_there():

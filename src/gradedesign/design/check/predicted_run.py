@@ -149,6 +149,7 @@ def _work(
         ),
         iterations=case.run.max_iterations if explicit else 1,
         members=case.lattice.members,
+        cells=case.lattice.cells,
     )
 
 

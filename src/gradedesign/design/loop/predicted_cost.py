@@ -16,7 +16,7 @@ from gradedesign.design.loop.iteration_steps import (
 )
 from gradedesign.design.resolve.least_density import USUAL_ITERATIONS
 from gradedesign.mechanics.explicit.tets import DOFS_PER_TET, solve_seconds
-from gradedesign.mechanics.sizing.size_members import STAGES
+from gradedesign.mechanics.sizing.size_members import member_iterations
 
 #: Homogenised analyses beside sizing, counted in its iterations: prediction and correction.
 _LEARNING_SIZING_ITERATIONS = 2
@@ -44,6 +44,7 @@ class RunWork:
     mesher_tets: int
     iterations: int  #: That the run may take at most.
     members: bool = False  #: Whether sizing looks for solid members.
+    cells: bool = True  #: Whether they lie among cells.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,7 +132,7 @@ def predict_cost(
 def _sizing_iterations_of(work: RunWork, finished: int) -> int:
     """Sizing iterations of the iteration after ``finished`` ones."""
     if work.members:
-        return sum(most for _, _, most in (STAGES[-1:] if finished else STAGES))
+        return member_iterations(first=not finished, cells=work.cells)
     return (
         FIRST_SIZING_ITERATIONS[finished]
         if finished < len(FIRST_SIZING_ITERATIONS)

@@ -56,6 +56,7 @@ def run_work(model: DesignModel) -> RunWork:
         mesher_tets=remeshed_tets(case.run, planned, walls, density, cells.layout.typical),
         iterations=case.run.max_iterations,
         members=case.lattice.members,
+        cells=case.lattice.cells,
     )
 
 

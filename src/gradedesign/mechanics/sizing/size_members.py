@@ -75,6 +75,15 @@ Stage = tuple[float, float, int]
 Bodied = Callable[[MemberField], HomogenisedModel]
 
 
+def member_iterations(*, first: bool, cells: bool) -> int:
+    """Iterations of a sizing with members: of the first one of a run, or of later ones.
+
+    Without ``cells`` the stages with a higher threshold are taken to follow.
+    """
+    stages = STAGES[-1:] if not first else STAGES if cells else STAGES + STAGES[_REPEATED:]
+    return sum(most for _, _, most in stages)
+
+
 def size_members(
     problem: SizingProblem,
     thickness: float,
