@@ -55,6 +55,7 @@ frequency = [{least = "0.3 kHz"}, {least = "400 Hz", mode = 2, load_case = "weig
 cell = "gyroid-sheet"
 size = "4 mm"
 density = [0.2, 0.6]
+phases = ["lattice"]
 size_effects = false
 [run]
 stop_after = "sizing"

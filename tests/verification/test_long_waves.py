@@ -240,6 +240,7 @@ cell = "sc"
 size = "5 mm"
 origin = ["0 mm", "0 mm", "1.5 mm"]
 density = [0.0585, 0.0595]
+phases = ["lattice"]
 [run]
 stop_after = "sizing"
 [output]

@@ -36,6 +36,7 @@ cell = "gyroid-sheet"
 size = "8 mm"
 rotation = ["20 deg", "0 deg", "30 deg"]
 density = [0.3, 0.7]
+phases = ["lattice"]
 size_effects = false
 [run]
 stop_after = "sizing"
