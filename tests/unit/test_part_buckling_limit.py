@@ -44,6 +44,7 @@ part_buckling = [{least = 2.0, load_case = "press"}]
 cell = "gyroid-sheet"
 size = "4 mm"
 density = [0.2, 0.6]
+phases = ["lattice"]
 size_effects = false
 [run]
 stop_after = "sizing"

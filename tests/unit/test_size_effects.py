@@ -29,6 +29,7 @@ cell = "sc"
 size = "12 mm"
 origin = ["1 mm", "1 mm", "1 mm"]
 density = [0.29, 0.31]
+phases = ["lattice"]
 [run]
 stop_after = "sizing"
 [output]

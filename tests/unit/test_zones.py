@@ -72,6 +72,7 @@ displacement = [{region = "tip", magnitude = "0.2 mm"}]
 cell = "spirals"
 size = "8 mm"
 density = [0.3, 0.6]
+phases = ["lattice"]
 [run]
 elements_per_wall = 1.5
 """
