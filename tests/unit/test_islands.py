@@ -58,6 +58,13 @@ def test_filled_pockets_hide_nothing_of_what_is_dropped():
     plain = remove_islands(loose)[1]
     filled = remove_islands(loose, least_pocket=3.0)[1]  # the hollow holds 2.1 mm^3
     assert (plain.pockets, filled.pockets) == (1, 0)
+    assert (plain.filled_words, filled.filled) == ((), 1)
+    hollow = 4 / 3 * np.pi * 0.8**3
+    assert filled.filled_volume == pytest.approx(hollow, rel=0.02)
+    share = hollow / (4 / 3 * np.pi * 1.5**3)  # of the ball, which is full now
+    assert filled.filled_share == pytest.approx(share, rel=0.03)
+    (words,) = filled.filled_words
+    assert words.startswith("1 closed pore was filled, smaller than what prints: 2.1")
     assert plain.dropped_volume > 0.0
     assert filled.dropped_volume == pytest.approx(plain.dropped_volume, rel=1e-12)
 

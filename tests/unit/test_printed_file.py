@@ -52,7 +52,16 @@ def test_an_altered_file_is_neither_adopted_nor_read(out):
 @pytest.fixture
 def exported(monkeypatch, out):
     """What `export_surface` returns for a box in the place of a lattice."""
-    none = Islands(dropped=0, dropped_volume=0, dropped_share=0, pockets=0, pocket_volume=0)
+    none = Islands(
+        dropped=0,
+        dropped_volume=0,
+        dropped_share=0,
+        pockets=0,
+        pocket_volume=0,
+        filled=0,
+        filled_volume=0,
+        filled_share=0,
+    )
     monkeypatch.setattr(exporting, "printed_surface", lambda *_, **__: (BOX, none, 1.0))
     plan = SimpleNamespace(
         part=SimpleNamespace(surface=BOX),

@@ -42,6 +42,7 @@ def stated_result(registry: Registry, stated: StatedLattice, made: StatedPrint) 
         *registry.notes,
         *stated.warnings,
         *islands_words(made.dropped, loose),
+        *(() if surface is None else surface.islands.filled_words),
         *_mix_warnings(stated.transition),
         *density_warnings(stated, slabs, beside),
         *_surface_warnings(case.print, surface, volume),

@@ -227,7 +227,7 @@ def best_iteration(iterations: Sequence[DesignIteration]) -> DesignIteration:
 
 def _acceptance_warnings(accepted: Accepted) -> list[str]:
     layer = coarse_layer(accepted.analysed.solid, accepted.whole.result)
-    warnings = []
+    warnings = [*accepted.islands.filled_words]
     for row in accepted.rows:
         coarse = layer if row.converges else ""
         if row.band is None or row.band.half_width <= (NARROW if coarse else _UNRESOLVED):

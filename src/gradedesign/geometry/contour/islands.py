@@ -24,6 +24,11 @@ _MAX_SHARE = 0.02
 #: a step.
 CRUMB = 1e-4
 
+#: Share of the solid that is dust of the contour: pieces of a few of its triangles where surfaces
+#: touch, each below a tenth of a grid cell (together up to 1.6e-6 where a net joins cut struts, at
+#: six densities). No one misses them. Chosen.
+_DUST = 1e-5
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Islands:
@@ -34,12 +39,20 @@ class Islands:
     dropped_share: float  #: Their share of the solid volume before removal.
     pockets: int  #: Closed voids inside the solid that stays; no powder or resin leaves them.
     pocket_volume: float  #: mm^3. Their volume.
+    filled: int  #: Closed voids that were filled, as printing would or below the grid.
+    filled_volume: float  #: mm^3. Their volume.
+    filled_share: float  #: That over the solid that stays.
 
-
-#: Share of the solid that is dust of the contour: pieces of a few of its triangles where surfaces
-#: touch, each below a tenth of a grid cell (together up to 1.6e-6 where a net joins cut struts, at
-#: six densities). No one misses them. Chosen.
-_DUST = 1e-5
+    @property
+    def filled_words(self) -> tuple[str, ...]:
+        """Warning on closed voids that were filled, unless they are dust."""
+        if self.filled_share <= _DUST:
+            return ()
+        pores = "closed pore was" if self.filled == 1 else "closed pores were"
+        return (
+            f"{self.filled} {pores} filled, smaller than what prints: {self.filled_volume:.3g} "
+            f"mm^3 in all, {self.filled_share:.2g} of the solid",
+        )
 
 
 def islands_words(dropped: int, share: float) -> tuple[str, ...]:
@@ -85,7 +98,8 @@ def remove_islands(
     kept[voids] = kept[owner] & (volume[voids] < -least_pocket)
     # Pockets that are filled are no part of what is dropped: they would hide as much of it.
     filled = voids[kept[owner] & ~kept[voids]]
-    gone = float(volume[~kept].sum() - volume[filled].sum())
+    full = abs(float(volume[filled].sum()))
+    gone = float(volume[~kept].sum()) + full
     share = gone / float(volume.sum())
     report = Islands(
         dropped=int(np.count_nonzero(volume[disconnected] > CRUMB * least_pocket)),
@@ -93,6 +107,9 @@ def remove_islands(
         dropped_share=share,
         pockets=int(np.count_nonzero(kept[voids])),
         pocket_volume=abs(float(volume[voids][kept[voids]].sum())),
+        filled=len(filled),
+        filled_volume=full,
+        filled_share=full / float(volume[kept].sum()),
     )
     refuse_large(report.dropped, share, max_share)
     if kept.all():
