@@ -27,6 +27,7 @@ def test_only_a_mesher_that_had_to_be_asked_again_is_a_warning(attempts, said):
         acceptance=SimpleNamespace(submodels=(), attempts=attempts, refused=()),
         whole=SimpleNamespace(refused=(), undecided={}, result=SimpleNamespace(mesh_size=0.5)),
         analysed=SimpleNamespace(solid=layered()),
+        islands=SimpleNamespace(filled_words=()),
         rows=(),
     )
     warnings = _acceptance_warnings(accepted)
@@ -50,6 +51,7 @@ def test_a_plate_with_few_elements_through_it_is_named_beside_a_band_that_it_wid
             acceptance=SimpleNamespace(submodels=(), attempts=(), refused=()),
             whole=SimpleNamespace(refused=(), undecided={}, result=SimpleNamespace(mesh_size=size)),
             analysed=SimpleNamespace(solid=layered(skin, kept)),
+            islands=SimpleNamespace(filled_words=()),
             rows=(a_row("dent", five, use, converges=converges),),
         )
         return _acceptance_warnings(accepted)
@@ -76,6 +78,7 @@ def test_bands_windows_and_what_is_undecided_are_said():
             result=SimpleNamespace(mesh_size=0.5),
         ),
         analysed=SimpleNamespace(solid=layered()),
+        islands=SimpleNamespace(filled_words=()),
         rows=(
             a_row("near", Banded(value=1.0, low=0.95, high=1.05)),
             a_row("far", Banded(value=1.0, low=0.8, high=1.2)),
@@ -90,3 +93,14 @@ def test_bands_windows_and_what_is_undecided_are_said():
     assert refused == "0.5 mm is out of budget"
     assert "enlarged too: stress is judged on the worse of the two" in submodel
     assert kept == "not enlarged"
+
+
+def test_closed_pores_that_were_filled_are_said():
+    accepted = SimpleNamespace(
+        acceptance=SimpleNamespace(submodels=(), attempts=(), refused=()),
+        whole=SimpleNamespace(refused=(), undecided={}, result=SimpleNamespace(mesh_size=0.5)),
+        analysed=SimpleNamespace(solid=layered()),
+        islands=SimpleNamespace(filled_words=("2 closed pores were filled",)),
+        rows=(),
+    )
+    assert _acceptance_warnings(accepted) == ["2 closed pores were filled"]

@@ -136,10 +136,11 @@ def size_members(
         history.append(step)
         return replace(result, members=found, feasible=step.utilisation <= 1.0)
 
-    shares, first = history[-1].mass_g, bodies(result, result.members)
-    if start is not None or history[-1].mass_g <= _HEAVIER * shares:
-        return replace(first, history=tuple(history))
+    shares = history[-1]
+    first = bodies(result, result.members)
     best = history[-1]
+    if start is not None or best.mass_g <= _HEAVIER * shares.mass_g:
+        return replace(first, history=tuple(history))
     eroded = replace(members, threshold=_THRESHOLD)
     begun = results[_REPEATED - 1].variables
     again = _staged(problem, eroded, begun, STAGES[_REPEATED:], sized)
