@@ -18,11 +18,7 @@ from gradedesign.common.system.limits import Deadline
 from gradedesign.common.system.progress import Listener, ignore
 from gradedesign.design.case.schema import Case
 from gradedesign.design.check.lighter_phases import lighter_phases
-from gradedesign.design.check.price import (
-    PricedBody,
-    price_of_lattice,
-    why_lattice,
-)
+from gradedesign.design.check.price import PricedBody, price_of_lattice, why_lattice
 from gradedesign.design.loop.accepted import Accepted, accept_design, judge_stress
 from gradedesign.design.loop.accepted_rows import best_rows
 from gradedesign.design.loop.analysed import Analysed, analyse_cells

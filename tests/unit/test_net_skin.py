@@ -155,7 +155,6 @@ def pieces_on_voxels(density, half=20):
     return ndimage.label(solid, np.ones((3, 3, 3)))[1]
 
 
-@pytest.mark.slow  # 20 s of contours; the net itself is tested above
 def test_a_generated_net_joins_struts_that_the_part_cuts_off(tmp_path):
     """The box cuts off eight pieces of struts, counted on voxels of 0.1 mm; with the net none."""
     results = []
