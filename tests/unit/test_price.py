@@ -102,31 +102,41 @@ def test_the_sentence_compares_with_bodies_that_hold():
         ((8.0, 1.0), (5.0, 1.1), "filled", "solid and void 5 g, a limit is broken. The run makes"),
         ((8.0, 1.2), (9.0, 0.98), "empty", "8 g, a limit is broken; solid and void 9 g. The run"),
         ((8.0, 1.2), (7.0, 1.1), "filled", "The run makes lattice and solid"),
-        ((8.0, 1.0), None, "filled", "solid and void left out, buckling of cells. The run makes"),
+        ((8.0, 1.0), None, "filled", "solid and void left out, buckling of cells: empty. The run"),
+        (None, (5.0, 1.1), "empty", "left out, buckling of cells: filled; solid and void 5 g, a"),
     ],
 )
 def test_of_two_bodies_the_lighter_one_that_holds_is_made(monkeypatch, filled, empty, made, words):
-    sizes = {"filled": filled, "empty": empty}
+    model, bodies, told = _lighter(monkeypatch, {"filled": filled, "empty": empty})
+    assert model.homogenised == made
+    assert [b.asked for b in bodies] == [made == "filled", made == "empty"]
+    assert words in told
+
+
+def test_where_no_body_can_be_sized_the_first_ones_error_is_raised(monkeypatch):
+    with pytest.raises(CaseError, match="buckling of cells: filled"):
+        _lighter(monkeypatch, {"filled": None, "empty": None})
+
+
+def _lighter(monkeypatch, sizes):
+    """`lighter_phases` of two bodies with these masses and utilisations; None cannot be made."""
 
     def body(name, model, _):
         mass, used = sizes[model]
         note = "a limit is broken" if used > 1.004 else ""
         return PricedBody(name=name, mass_g=mass, largest_utilisation=used, note=note)
 
-    def without_cells():
-        if empty is None:
-            raise CaseError("buckling of cells")
-        return SimpleNamespace(homogenised="empty")
+    def made(name):
+        if sizes[name] is None:
+            raise CaseError(f"buckling of cells: {name}")
+        return SimpleNamespace(homogenised=name)
 
     for name in ("size_design", "design_filter"):
         monkeypatch.setattr(phases_module, name, lambda *_: None)
     monkeypatch.setattr(phases_module, "sized_body", body)
-    model, bodies, told = lighter_phases(
+    return lighter_phases(
         {
-            ("lattice", "solid"): lambda: SimpleNamespace(homogenised="filled"),
-            ("solid", "void"): without_cells,
+            ("lattice", "solid"): lambda: made("filled"),
+            ("solid", "void"): lambda: made("empty"),
         }
     )
-    assert model.homogenised == made
-    assert [b.asked for b in bodies] == [made == "filled", made == "empty"]
-    assert words in told

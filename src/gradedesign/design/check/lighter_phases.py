@@ -22,24 +22,28 @@ def lighter_phases(
     members that print. All three phases sized together end as one of these, see
     ``docs/decisions/sizing.md``.
 
-    ``made``: the prepared part of each body by its phases, the filled one first, which is made
-    where none holds; what a case asks of cells may refuse the others.
+    ``made``: the prepared part of each body by its phases, the filled one first. Where none holds,
+    the first that can be sized is made; where none can be sized, the first one's error is raised.
 
     Returns ``model``: of the lighter body; ``bodies``: all of them; ``words``: a sentence on them.
     """
     models, bodies = dict[str, DesignModel](), list[PricedBody]()
+    errors = list[GradeDesignError]()
     for phases, make in made.items():
         name = " and ".join(phases)
         report_step(f"sizing: {name}")
         try:
-            model = models[name] = make()
+            model = make()
             sized = size_design(model, Correction(), {}, design_filter(model), SizingPlan())
             bodies.append(sized_body(name, model.homogenised, sized))
+            models[name] = model
         except GradeDesignError as error:
-            if not bodies:
-                raise
+            errors.append(error)
             bodies.append(left_out(name, str(error)))
-    holding = [body for body in bodies if body.holds] or bodies[:1]
+    if not models:
+        raise errors[0]
+    able = [body for body in bodies if body.name in models]
+    holding = [body for body in able if body.holds] or able[:1]
     lighter = min(holding, key=lambda body: body.mass_g or 0.0).name
     each = [
         f"{body.name} left out, {body.note}"
