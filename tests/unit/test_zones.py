@@ -12,7 +12,7 @@ from scipy.sparse import csr_matrix
 from small_parts import box_part, held_bar
 
 from gradedesign.design.case.read_case import load_case
-from gradedesign.design.loop.designed import density_grid
+from gradedesign.design.loop.designed import density_grid, with_design
 from gradedesign.design.loop.iteration_steps import (
     SizingPlan,
     build_design,
@@ -27,7 +27,9 @@ from gradedesign.errors import CaseError, DensityError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.family import CellFamily
 from gradedesign.geometry.cell.shape import spread_points
+from gradedesign.geometry.lattice.component import MEMBER
 from gradedesign.geometry.lattice.density_grid import evaluate
+from gradedesign.geometry.lattice.domain import phase_at
 from gradedesign.geometry.lattice.lattice import cell_field, density_at
 from gradedesign.geometry.tets.tet_mesh import centroids
 from gradedesign.mechanics.explicit.correction import Correction
@@ -251,6 +253,35 @@ def test_densities_keep_the_bounds_of_their_zone(tmp_path, registry, two_thirds)
     data = zone_data(setup.cells.zoning)
     assert data["zones"]["root"]["density_bounds"] == [0.40, 0.45]
     assert data["transitions"][0]["cells"] == ["spirals", "waves"]
+
+
+def test_a_zone_keeps_solid_members_out(tmp_path, registry):
+    def member_phase(zone):
+        text = CASE.replace('phases = ["lattice"]', 'least_member = "3 mm"') + zone
+        text = text.replace('mesh_size = "4 mm"', 'mesh_size = "2 mm"')
+        text = text.replace("0.2 mm", "0.06 mm")
+        (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+        model = prepare(load_case(tmp_path), registry)
+        sized = size_design(model, Correction(), {}, design_filter(model), SizingPlan())
+        made = with_design(model, sized.rho, sized.members)
+        assert sized.feasible
+        points = spread_points(20_000) * np.array([[32.0], [8.0], [8.0]])
+        member = phase_at(made.plan.domain, points) == MEMBER
+        held = made.homogenised.member_fraction
+        assert made.homogenised.volumes @ held / 2048.0 == pytest.approx(member.mean(), abs=0.01)
+        return points[0], member
+
+    root = '[[zone]]\nname = "root"\nformula = "x - 8"\ntransition = "4 mm"\n'
+    x, member = member_phase("")
+    assert member[x < 7.9].mean() > 0.05
+    x, member = member_phase(root + 'phases = ["lattice"]\n')
+    assert not member[x < 7.9].any()
+    assert member[x > 8].mean() > 0.02
+    # A later zone lets them in again.
+    again = '[[zone]]\nname = "all"\nformula = "x * 0 - 1"\nphases = ["lattice"]\n' + root
+    x, member = member_phase(again + 'phases = ["lattice", "solid"]\n')
+    assert member[x < 7.9].mean() > 0.05
+    assert not member[x > 8.1].any()
 
 
 def test_a_fixed_density_stays():

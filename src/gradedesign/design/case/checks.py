@@ -183,6 +183,13 @@ def _zone_problems(file: CaseFile) -> Iterator[Problem]:
             message=f"zones tell cells apart, which phases = {json.dumps(lattice.made)} "
             f"{'may ' if lattice.cells else ''}leave out; leave the zones out too",
         )
+    for i, zone in enumerate(file.zone):
+        if zone.phases is not None and not lattice.members:
+            yield Problem(
+                key=("zone", i, "phases"),
+                message="zones keep solid members out, and [lattice] makes none; expected "
+                'phases = ["lattice", "solid"] there, or none here',
+            )
     mixed = lattice.transition is not None or lattice.parameter_map is not None
     if not file.zone and (lattice.stated or not mixed):
         return

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.system.progress import report_step
 from gradedesign.common.values.locate import locating
 from gradedesign.design.resolve.cell_choice import CellChoice, cell_axes
@@ -62,7 +62,8 @@ def with_design(
     thickness = spec.least_member
     if members is not None and thickness is not None:
         mesh = part.space.mesh
-        body = _bodies(part, members, thickness)
+        weight = None if cells.zoning is None else cells.zoning.member_weight
+        body = _bodies(part, weight, members, thickness)
         if body is not None:
             plan = replace(plan, domain=plan.domain.with_components([body]))
             moments = counted_solid(plan, cells.bounds, mesh)
@@ -81,9 +82,9 @@ def with_design(
 
 
 def _bodies(
-    part: HomogenisedModel, members: MemberField, thickness: float
+    part: HomogenisedModel, weight: Field | None, members: MemberField, thickness: float
 ) -> SolidComponent | None:
-    """Bodies of a field of members; None where it makes none."""
+    """Bodies of a field of members where a weight is at least a half; None where it makes none."""
     report_step("surface of the solid members")
     mesh, spacing = part.space.mesh, thickness / _STEPS
     lower, upper = (end(mesh.points, axis=1) for end in (np.min, np.max))
@@ -93,6 +94,8 @@ def _bodies(
     values = cone_mean(
         centroids(mesh), filter_weights(part), members.radius, members.variables, nodes
     )
+    if weight is not None:
+        values = np.minimum(values, weight(nodes))
     field = DensityGrid(
         origin=origin, spacing=spacing, values=np.clip(values, 0.0, 1.0).reshape(x, y, z)
     )

@@ -163,7 +163,9 @@ def size_design(
         return with_design(model, sizing.model.volumes, members).homogenised
 
     made = bodied if plan.bodies else None
-    return size_members(sizing, thickness, plan.start, sized, made, on_step, plan.members)
+    zoning = model.cells.zoning
+    weight = None if zoning is None else zoning.member_weight
+    return size_members(sizing, thickness, plan.start, sized, made, on_step, plan.members, weight)
 
 
 def build_design(

@@ -106,6 +106,7 @@ def zoning(
             cell=zones.number_of(zone),
             bounds=analysable.bounds,
             elements_per_wall=analysable.elements_per_wall,
+            members=zone.lattice.members,
         )
         for zone, analysable in zip(zones.zones, able.zones, strict=True)
     )

@@ -68,6 +68,7 @@ def zone_lattice(
         "parameters": parameters,
         "law": zone.law or ("auto" if changed else lattice.law),
         "density": lattice.density if zone.density is None else zone.density,
+        "phases": zone.phases or lattice.phases,
     }
     places = {key: f"{zone.key(number)}.{key}" for key in stated}
     written = {f"lattice.{key}": at for key, at in places.items() if at in where.lines}

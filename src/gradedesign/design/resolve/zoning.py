@@ -28,6 +28,7 @@ class Zone:
     #: Intersection of the density windows of user, cell, law and printer.
     bounds: tuple[float, float]
     elements_per_wall: float  #: Elements of the explicit analysis across the thinnest wall.
+    members: bool  #: Whether solid members may lie in it.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -47,6 +48,15 @@ class Zoning:
         if self.windows is not None:
             low, high = (locked(end, (None,), name="windows") for end in self.windows)
             object.__setattr__(self, "windows", (low, high))
+
+    @property
+    def member_weight(self) -> Field | None:
+        """Weight of the zones that may hold solid members, which end where it is a half.
+
+        Points ``(3, m)`` mm to ``(m,)``; None: members may lie everywhere.
+        """
+        may = np.array([float(zone.members) for zone in self.zones])
+        return None if may.all() else lambda points: may @ self.weights(points)
 
 
 def weights_of_cells(number: Sequence[int], weights: FloatArray) -> FloatArray:

@@ -164,6 +164,7 @@ def zone_data(zoning: Zoning | None) -> dict[str, Any]:
                 "parameters": dict(zoning.cells.members[zone.cell].parameters),
                 "law": zoning.laws[zone.cell].name,
                 "density_bounds": list(zone.bounds),
+                "solid_members": zone.members,
             }
             for zone in zoning.zones
         },

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+import json
 from typing import Annotated
 
 from pydantic import Field, model_validator
 
 from gradedesign.common.values.formula_text import FormulaText
 from gradedesign.common.values.table import key_error
-from gradedesign.common.values.value_types import Name, Parameters, Refused, RegionName, Size
+from gradedesign.common.values.value_types import (
+    Choices,
+    Name,
+    Parameters,
+    Refused,
+    RegionName,
+    Size,
+)
 from gradedesign.geometry.cell.law_schema import Law
 from gradedesign.geometry.lattice.density_value import DensityRange
+from gradedesign.geometry.lattice.lattice_schema import PHASES
 from gradedesign.geometry.part.place_schema import VOLUMES, PlaceSpec, require_one
 
-_DIFFERENCES = ("cell", "parameters", "density")
+_DIFFERENCES = ("cell", "parameters", "density", "phases")
 
 
 class ZoneSpec(PlaceSpec):
@@ -34,6 +43,9 @@ class ZoneSpec(PlaceSpec):
     cell differs."""
     density: Annotated[tuple[float, float] | None, DensityRange()] = None
     """Lowest and highest relative density; those of ``[lattice]`` without it."""
+    phases: Annotated[tuple[str, ...] | None, Choices(PHASES)] = None
+    """Phases that it may hold: ["lattice"] keeps solid members out of it, ["lattice", "solid"] lets
+    them in where an earlier zone keeps them out; those of ``[lattice]`` without it."""
     transition: Size | None = None
     """Width of the transition about the zone's border, mm; two cells without it."""
 
@@ -46,6 +58,12 @@ class ZoneSpec(PlaceSpec):
         require_one(self, (*VOLUMES, "region", "formula"))
         if (self.region is None) != (self.within is None):
             raise key_error("within", 'goes with region, such as within = "6 mm"')
+        if self.phases not in (None, PHASES[:1], PHASES[:2]):
+            raise key_error(
+                "phases",
+                f'found {json.dumps(self.phases)}; expected ["lattice"] or ["lattice", "solid"]: '
+                f"[[keep]] states what is solid, and void is left out of the part's file",
+            )
         if all(getattr(self, key) is None for key in _DIFFERENCES):
             raise Refused(f"the zone differs in nothing; add one of {', '.join(_DIFFERENCES)}")
         return self

@@ -17,9 +17,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import Field, FloatArray, locked
 from gradedesign.geometry.tets.tet_mesh import centroids
 from gradedesign.mechanics.fe.element_points import gauss_interpolation
+from gradedesign.mechanics.fe.space import TetSpace
 from gradedesign.mechanics.fe.stiffness import GAUSS_MOMENTS, UNIFORM
 from gradedesign.mechanics.sizing.filter import DensityFilter, cone_filter, filtered
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel, filter_weights
@@ -48,6 +49,8 @@ class Members:
     threshold: float = HALF
     #: How much more a share between 0 and 1 costs than it weighs: ``1 + price`` times near 0.
     price: float = 0.0
+    #: ``(4 M,)``. 1 at the Gauss points where members may be, 0 elsewhere; None: everywhere.
+    allowed: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,6 +79,12 @@ def member_filter(model: HomogenisedModel, radius: float) -> DensityFilter:
     return DensityFilter(factors=(gauss_interpolation(space), *at_nodes.factors))
 
 
+def allowed_points(space: TetSpace, weight: Field) -> FloatArray:
+    """1 at the Gauss points of all tetrahedra where a weight is at least a half, 0 elsewhere."""
+    points = (gauss_interpolation(space) @ space.nodes.T).T
+    return np.asarray(weight(points) >= HALF, dtype=np.float64)
+
+
 def member_shares(members: Members, b: FloatArray) -> FloatArray:
     """Shares at the Gauss points ``(4 M,)`` that carry, of variables ``(n,)``."""
     return stepped(members, filtered(members.filter, b), members.threshold)
@@ -92,21 +101,22 @@ def at_points(by_share: FloatArray) -> FloatArray:
 
 
 def stepped(members: Members, field: FloatArray, threshold: float = HALF) -> FloatArray:
-    """Shares of filtered variables, both ``(4 M,)``: 0 at 0, and 1 at 1."""
+    """Shares of filtered variables, both ``(4 M,)``: 0 at 0, and 1 at 1 where members may be."""
     x, beta = np.clip(field, 0.0, 1.0), members.sharpness
-    if beta <= _STRAIGHT:
-        return x
-    below, above = np.tanh(beta * threshold), np.tanh(beta * (1.0 - threshold))
-    return np.asarray((below + np.tanh(beta * (x - threshold))) / (below + above))
+    if beta > _STRAIGHT:
+        below, above = np.tanh(beta * threshold), np.tanh(beta * (1.0 - threshold))
+        x = (below + np.tanh(beta * (x - threshold))) / (below + above)
+    return x if members.allowed is None else x * members.allowed
 
 
 def step_slope(members: Members, field: FloatArray, threshold: float = HALF) -> FloatArray:
     """Derivative of every share by its filtered variable, both ``(4 M,)``."""
     x, beta = np.clip(field, 0.0, 1.0), members.sharpness
-    if beta <= _STRAIGHT:
-        return np.ones_like(x)
-    whole = np.tanh(beta * threshold) + np.tanh(beta * (1.0 - threshold))
-    return np.asarray(beta / np.cosh(beta * (x - threshold)) ** 2 / whole)
+    slope = np.ones_like(x)
+    if beta > _STRAIGHT:
+        whole = np.tanh(beta * threshold) + np.tanh(beta * (1.0 - threshold))
+        slope = beta / np.cosh(beta * (x - threshold)) ** 2 / whole
+    return slope if members.allowed is None else slope * members.allowed
 
 
 def member_price(members: Members, share: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -149,7 +149,9 @@ def _moving_variables(problem: SizingProblem) -> BoolArray:
     moves = collected(problem.filter, room * density_slope(problem)) > 0
     if problem.members is None:
         return np.asarray(moves)
-    return np.concatenate([moves, collected(problem.members.filter, at_points(room)) > 0])
+    allowed = problem.members.allowed
+    room = at_points(room) * (1.0 if allowed is None else allowed)
+    return np.concatenate([moves, collected(problem.members.filter, room) > 0])
 
 
 def _near_enough(problem: SizingProblem, tolerance: float) -> float:

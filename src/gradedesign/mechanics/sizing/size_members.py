@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.system.progress import counted
 from gradedesign.mechanics.sizing.analysed_step import analysed_step
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel, effective_density
@@ -21,6 +21,7 @@ from gradedesign.mechanics.sizing.members import (
     LEAST_MEMBER,
     MemberField,
     Members,
+    allowed_points,
     member_filter,
     with_moments,
 )
@@ -92,6 +93,7 @@ def size_members(
     bodied: Bodied | None,
     on_step: Callable[[SizingStep], None] | None = None,
     earlier: MemberField | None = None,
+    weight: Field | None = None,
 ) -> SizingResult:
     """The lightest lattice with solid members that holds every limit.
 
@@ -104,6 +106,8 @@ def size_members(
       the result
     - ``on_step``: receives the analyses of bodies; those of ``sized`` it receives there
     - ``earlier``: members of the earlier design, whose threshold they have
+    - ``weight``: points ``(3, m)`` mm to ``(m,)``, at least a half where members may be; None:
+      everywhere
     """
     problem = replace(problem, model=with_moments(problem.model))
     part, radius = problem.model, _RADIUS * thickness
@@ -112,7 +116,12 @@ def size_members(
     with_cells = held > LEAST_MEMBER
     rough = bodied is None and not with_cells
     threshold = earlier.threshold if earlier is not None else _THRESHOLD if rough else HALF
-    members = Members(filter=member_filter(part, radius), radius=radius, threshold=threshold)
+    members = Members(
+        filter=member_filter(part, radius),
+        radius=radius,
+        threshold=threshold,
+        allowed=None if weight is None else allowed_points(part.space, weight),
+    )
     x, history = start, list[SizingStep]()
     if x is None:
         beginning = _BEGINNING if with_cells else _BEGINNING_ALONE

@@ -109,6 +109,7 @@ def _sizing_key(
         repr(limits),
         repr((*problem.bounds, problem.target, *effort)),
         repr(members if members is None else (members.sharpness, members.price, members.threshold)),
+        np.zeros(0) if members is None or members.allowed is None else members.allowed,
         np.zeros(0) if start is None else start,
     )
 

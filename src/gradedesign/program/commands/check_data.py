@@ -166,6 +166,7 @@ def zone_data(checked: CaseCheck) -> dict[str, dict[str, Any]]:
             "to_be_computed": not zone.law.tabulated,
             "density_window": list(zone.bounds),
             "share_of_lattice": share,
+            "phases": list(zone.lattice.made),
         }
         for zone, share in zip(zones.zones, zones.volume_share, strict=True)
     }
