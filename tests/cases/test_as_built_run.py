@@ -59,3 +59,22 @@ def test_sizing_meets_the_body_that_is_built(cli, tmp_path):
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     for words in ("<h2>As built</h2>", "the as-built body;", "over random as-built bodies"):
         assert words in page
+
+
+@pytest.mark.slow
+def test_a_body_that_is_softer_along_the_build_direction_bends_more(cli, tmp_path):
+    """Of the bar's deflection bending, along x, has two thirds or so, and shear the rest."""
+    softer = "stiffness = 1.0\nstiffness_along = 0.5\nshear_along = 1.0\n[print]\n"
+    i, j = CASE.index("offset"), CASE.index("[run]")
+    case = CASE[:i] + softer + 'build_direction = "+x"\n' + CASE[j:]
+    text = case.replace('judged = "as_built"', 'judged = "both"').replace('"0.02', '"0.04')
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    ended = cli("run", tmp_path, "-o", tmp_path / "out")
+    assert ended.code == 0, ended.out + ended.err
+    result = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
+    (row,) = (row for row in result["limits"] if row["key"]["kind"] == "displacement")
+    assert 1.4 < row["as_built"] / row["nominal"] < 1.9
+    assert row["value"] == row["as_built"]
+    built = result["measures"]["as_built"]
+    assert (built["stiffness"], built["stiffness_along"]) == (1.0, 0.5)
+    assert built["as_built_g"] == pytest.approx(built["nominal_g"])

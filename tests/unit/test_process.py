@@ -108,7 +108,7 @@ def generated(cli, folder, keys, code=0, material="Ti-6Al-4V"):
     [
         ('name = "lpbf-ti64-octt"', "case.toml:14: process.name: no printing process named"),
         ('name = "lpbf-ti64-struts"\nscatter = "0.1 mm"', "process.scatter: found beside name"),
-        ('scatter = "0.1 mm"', "found no name, no strut_size and no offset"),
+        ('scatter = "0.1 mm"', "found neither name nor what makes a body another one"),
         ('offset = ["0 deg"]', "process.offset: entry 1: found"),
         ('offset = [["9 deg", "0 mm"], ["9 deg", "1 mm"]]', "expected rising angles"),
         ('offset = [["0 deg", "1 m"]]', "at most 10 mm"),
@@ -118,6 +118,8 @@ def generated(cli, folder, keys, code=0, material="Ti-6Al-4V"):
         ('offset = [["0 deg", "0 mm"]]\nvariants = 3', "case.toml:15: process.variants: found 3"),
         ('name = "sls-pa12-struts"\ncompensate = true', "case.toml:15: process.compensate"),
         ('offset = [["0 deg", "0 mm"]]\nsizes = ["2 mm", "1 mm"]', "smaller one first"),
+        ("stiffness_along = 0.9", "stiffness_along: goes with stiffness, such as stiffness = 0.9"),
+        ("stiffness = 1.0\nshear_along = 0.9", "shear_along: goes with stiffness_along, such as"),
         (
             'name = "sls-pa12-struts"\n[limits]\njudged = "as_built"',
             'case.toml:16: limits.judged: found "as_built", but of process sls-pa12-struts',

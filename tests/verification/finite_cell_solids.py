@@ -99,7 +99,7 @@ def stress_sample(result, name):
     """Points of the solid, the volumes that they stand for, and the stress of a load case there."""
     solution, at = solution_of(result, name), solid_points(result.elements)
     stress = recovered_stress(
-        result.elements, result.space, solution.u, result.lame, at, solution.thermal_strain
+        result.elements, result.space, solution.u, result.moduli, at, solution.thermal_strain
     )
     return SimpleNamespace(points=at.points, volume=at.volume, stress=stress)
 

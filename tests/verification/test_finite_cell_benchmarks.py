@@ -25,7 +25,7 @@ def stress_of(result, name, points):
         reference=reference_of(result.elements, element, points),
     )  # fmt: skip
     return recovered_stress(
-        result.elements, result.space, solution_of(result, name).u, result.lame, at
+        result.elements, result.space, solution_of(result, name).u, result.moduli, at
     )
 
 

@@ -146,10 +146,9 @@ def analyse_submodel(
 
 def _energy_density(sample: StressSample, material: Material) -> FloatArray:
     """Strain energy per volume, ``(m,)``, N/mm^2."""
-    stress, nu = sample.stress, material.poissons_ratio
-    trace = np.einsum("iim->m", stress)
-    square = np.einsum("ijm,ijm->m", stress, stress)
-    return ((1 + nu) * square - nu * trace**2) / (2 * material.youngs_modulus)
+    voigt = sample.stress[[0, 1, 2, 1, 2, 0], [0, 1, 2, 2, 0, 1]]
+    compliance = np.linalg.inv(material.stiffness)
+    return np.asarray(0.5 * (voigt * (compliance @ voigt)).sum(axis=0))
 
 
 def _held_components(

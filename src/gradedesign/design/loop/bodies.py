@@ -85,7 +85,8 @@ def judge_bodies(
     if built is None:
         whole = judge_whole(limits, staged(surface, solid))
         return Bodies(judged=NOMINAL, surface=surface, solid=solid, whole=whole)
-    printed = replace(solid, material=built.building.process.printed(solid.material))
+    building = built.building
+    printed = replace(solid, material=building.process.printed(solid.material, building.up))
     bodies = {NOMINAL: (surface, solid), AS_BUILT: (built.surface, printed)}
     judged = built.stated.judged
     order = (AS_BUILT, NOMINAL) if judged == "as_built" else (NOMINAL, AS_BUILT)

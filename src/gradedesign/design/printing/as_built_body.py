@@ -159,6 +159,8 @@ def as_built_data(
         "samples": process.samples,
         "sizes_mm": None if process.sizes is None else list(process.sizes),
         "stiffness": process.stiffness,
+        "stiffness_along": process.stiffness_along,
+        "shear_along": process.shear_along,
         "strut_size_mm": {f"{a:g}": process.strut_size_at(a) for a in (0.0, 45.0, 90.0)}
         if process.strut_size or process.offset
         else {},

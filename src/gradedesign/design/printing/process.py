@@ -18,7 +18,7 @@ O. Schloemilch (1857), Zeitschrift fuer Mathematik und Physik 2, 155. E. T. Whit
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -64,7 +64,13 @@ class Process:
     least_feature : float or None, mm
         Thinnest wall or strut that prints.
     stiffness : float or None
-        Young's modulus of the printed solid over that of the material.
+        Young's modulus of the printed solid over that of the material; across the build direction
+        where another one is known along it.
+    stiffness_along : float or None
+        The same along the build direction; None: in all directions alike.
+    shear_along : float or None
+        Shear modulus in planes along the build direction over that in planes across it; None: by
+        Saint-Venant's relation.
     material, machine : str
         That were measured.
     samples : int or None
@@ -82,6 +88,8 @@ class Process:
     waviness: Waviness | None = None
     least_feature: float | None = None
     stiffness: float | None = None
+    stiffness_along: float | None = None
+    shear_along: float | None = None
     material: str = ""
     machine: str = ""
     samples: int | None = None
@@ -103,11 +111,12 @@ class Process:
         vertical = np.cos(np.radians(inclination)) * np.sin(around)
         return float(2.0 * surface_offset(self, vertical).mean())
 
-    def printed(self, material: Material) -> Material:
-        """A material as the process prints it."""
+    def printed(self, material: Material, up: FloatArray) -> Material:
+        """A material as the process prints it; ``up``, (3,): the axis it is built along."""
         if self.stiffness is None:
             return material
-        return replace(material, youngs_modulus=self.stiffness * material.youngs_modulus)
+        axis = int(np.abs(up).argmax())
+        return material.built(axis, self.stiffness, self.stiffness_along, self.shear_along)
 
 
 def surface_offset(process: Process, vertical: FloatArray) -> FloatArray:

@@ -134,7 +134,17 @@ class MeasuredProcess(Table):
     stiffness: Annotated[float, Number(above=0.0, at_most=1.5)] | None = Field(
         default=None, examples=[0.9]
     )
-    """Young's modulus of the printed solid over that of [material]."""
+    """Young's modulus of the printed solid over that of [material]; across the build direction
+    where ``stiffness_along`` states another one along it."""
+    stiffness_along: Annotated[float, Number(above=0.0, at_most=1.5)] | None = Field(
+        default=None, examples=[0.85]
+    )
+    """Young's modulus along the build direction over that of [material]."""
+    shear_along: Annotated[float, Number(above=0.0, at_most=1.5)] | None = Field(
+        default=None, examples=[0.9]
+    )
+    """Shear modulus in planes along the build direction over that in planes across it; without it
+    it follows from both Young's moduli."""
     material: Name | None = Field(default=None, examples=["Ti-6Al-4V"])
     """Material that was measured, as [material] names it."""
     machine: Name | None = Field(default=None, examples=["EOS M 290"])
@@ -152,6 +162,9 @@ class MeasuredProcess(Table):
     def _one_table(self) -> MeasuredProcess:
         if self.strut_size is not None and self.offset is not None:
             raise key_error("offset", "found beside strut_size; expected one of them")
+        for key, needed in (("stiffness_along", "stiffness"), ("shear_along", "stiffness_along")):
+            if getattr(self, key) is not None and getattr(self, needed) is None:
+                raise key_error(key, f"goes with {needed}, such as {needed} = 0.9")
         return self
 
     def record(self, name: str) -> Process:
@@ -210,11 +223,12 @@ class ProcessSpec(MeasuredProcess):
                 "found beside name; expected either a name from the library or what was measured "
                 "without a name",
             )
-        known = self.strut_size is not None or self.offset is not None or self.file is not None
-        if self.name is None and not known:
+        known = ("file", "strut_size", "offset", "waviness", "stiffness")
+        if self.name is None and all(getattr(self, key) is None for key in known):
             raise ValueError(
-                "found no name, no strut_size and no offset; expected a name from the library "
-                'such as name = "lpbf-ti64-struts", or a table of what was measured'
+                "found neither name nor what makes a body another one; expected a name from the "
+                'library such as name = "lpbf-ti64-struts", or strut_size, offset, waviness or '
+                "stiffness as measured"
             )
         return self
 

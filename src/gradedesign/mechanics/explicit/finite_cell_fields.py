@@ -214,7 +214,7 @@ class FiniteCellFields:
         """Stress at points with their elements, ``(3, 3, m)``, MPa."""
         result, solution = self.result, solution_of(self.result, load_case)
         return recovered_stress(
-            result.elements, result.space, solution.u, result.lame, at, solution.thermal_strain
+            result.elements, result.space, solution.u, result.moduli, at, solution.thermal_strain
         )
 
     def _displacement(self, load_case: str, points: FloatArray) -> FloatArray:

@@ -51,13 +51,6 @@ class IsotropicStiffness:
             raise ValueError(f"Poisson's ratio is {self.nu:g}, expected more than -1, below 0.5")
 
 
-def dense_stiffness(space: TetSpace, material: Material) -> IsotropicStiffness:
-    """The base material in every tetrahedron."""
-    return IsotropicStiffness(
-        E=np.full(space.element_count, material.youngs_modulus), nu=material.poissons_ratio
-    )
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AnisotropicStiffness:
     """One full stiffness matrix per element.
@@ -73,6 +66,19 @@ class AnisotropicStiffness:
     def __post_init__(self) -> None:
         lock(self, C=(6, 6, None))
         _require_symmetric(self.C)
+
+
+def dense_stiffness(
+    space: TetSpace, material: Material
+) -> IsotropicStiffness | AnisotropicStiffness:
+    """The base material in every tetrahedron."""
+    if material.build is not None:
+        return AnisotropicStiffness(
+            C=np.repeat(material.stiffness[:, :, None], space.element_count, axis=2)
+        )
+    return IsotropicStiffness(
+        E=np.full(space.element_count, material.youngs_modulus), nu=material.poissons_ratio
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -20,7 +20,7 @@ LANES = 64
 @njit(fastmath=True, cache=True, nogil=True)
 def add_product(
     low: int, high: int, nodes: Any, size: Any, first: int, weights: Any, every: Any, shapes: Any,
-    slopes: Any, lame: Any, u: Any, y: Any,
+    slopes: Any, moduli: Any, u: Any, y: Any,
 ) -> None:  # fmt: skip
     """Add K u of a range of elements of one colour to y.
 
@@ -38,17 +38,17 @@ def add_product(
     shapes : (Q, 3) array
     slopes : (3, Q, 3) array
         Per axis, over the edge's length.
-    lame : (2,) array
-        Lame's constants times the volume of an element.
+    moduli : (2, 3, 3) array
+        Couplings of normal strains and shear moduli, times the volume of an element.
     u, y : (N, 3) array
     """
     q1 = shapes.shape[0]
     q2 = q1 * q1
     q3 = q2 * q1
     cut = weights.shape[0] > 0
-    lam = lame[0]
-    mu = lame[1]
-    two = u.dtype.type(2.0)
+    n00, n01, n02 = moduli[0, 0, 0], moduli[0, 0, 1], moduli[0, 0, 2]
+    n11, n12, n22 = moduli[0, 1, 1], moduli[0, 1, 2], moduli[0, 2, 2]
+    s01, s02, s12 = moduli[1, 0, 1], moduli[1, 0, 2], moduli[1, 1, 2]
     ue = np.zeros((27, LANES), u.dtype)
     a1 = np.zeros((9 * q1, LANES), u.dtype)
     a2 = np.zeros((9 * q1, LANES), u.dtype)
@@ -109,15 +109,14 @@ def add_product(
                         g[d, 2, t, v] = d0 * b1[o, v] + d1 * b1[o + q2, v] + d2 * b1[o + 2 * q2, v]
         for p in range(q3):
             for v in range(LANES):
-                wl = w[p, v] * lam
-                wm = w[p, v] * mu
-                s = wl * (g[0, 0, p, v] + g[1, 1, p, v] + g[2, 2, p, v])
-                xy = wm * (g[0, 1, p, v] + g[1, 0, p, v])
-                xz = wm * (g[0, 2, p, v] + g[2, 0, p, v])
-                yz = wm * (g[1, 2, p, v] + g[2, 1, p, v])
-                g[0, 0, p, v] = s + two * wm * g[0, 0, p, v]
-                g[1, 1, p, v] = s + two * wm * g[1, 1, p, v]
-                g[2, 2, p, v] = s + two * wm * g[2, 2, p, v]
+                own = w[p, v]
+                xx, yy, zz = own * g[0, 0, p, v], own * g[1, 1, p, v], own * g[2, 2, p, v]
+                xy = own * s01 * (g[0, 1, p, v] + g[1, 0, p, v])
+                xz = own * s02 * (g[0, 2, p, v] + g[2, 0, p, v])
+                yz = own * s12 * (g[1, 2, p, v] + g[2, 1, p, v])
+                g[0, 0, p, v] = n00 * xx + n01 * yy + n02 * zz
+                g[1, 1, p, v] = n01 * xx + n11 * yy + n12 * zz
+                g[2, 2, p, v] = n02 * xx + n12 * yy + n22 * zz
                 g[0, 1, p, v] = xy
                 g[1, 0, p, v] = xy
                 g[0, 2, p, v] = xz

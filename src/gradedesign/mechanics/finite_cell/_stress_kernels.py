@@ -17,7 +17,7 @@ def _quadratic(t: float, values: Any, slopes: Any) -> None:
 
 @njit(cache=True, nogil=True)
 def _stress(
-    u: Any, x: float, y: float, z: float, edges: Any, lame: Any, work: Any, out: Any
+    u: Any, x: float, y: float, z: float, edges: Any, moduli: Any, free: float, work: Any, out: Any
 ) -> None:
     """Stress xx, yy, zz, yz, zx, xy at a reference point from nodal displacements ``(27, 3)``."""
     _quadratic(x, work[0], work[3])
@@ -37,19 +37,20 @@ def _stress(
     for c in range(3):
         for d in range(3):
             g[c, d] /= edges[d]
-    # Free expansion is no stress; lame[2] is its strain.
-    dilation = lame[0] * (g[0, 0] + g[1, 1] + g[2, 2] - 3.0 * lame[2])
+    # Free expansion is no stress.
     for c in range(3):
-        out[c] = dilation + 2.0 * lame[1] * (g[c, c] - lame[2])
-    out[3] = lame[1] * (g[1, 2] + g[2, 1])
-    out[4] = lame[1] * (g[2, 0] + g[0, 2])
-    out[5] = lame[1] * (g[0, 1] + g[1, 0])
+        out[c] = 0.0
+        for d in range(3):
+            out[c] += moduli[0, c, d] * (g[d, d] - free)
+    out[3] = moduli[1, 1, 2] * (g[1, 2] + g[2, 1])
+    out[4] = moduli[1, 2, 0] * (g[2, 0] + g[0, 2])
+    out[5] = moduli[1, 0, 1] * (g[0, 1] + g[1, 0])
 
 
 @njit(cache=True, nogil=True)
 def stress_in_elements(
-    low: int, high: int, nodes: Any, u: Any, edges: Any, size: Any, lame: Any, filled: Any,
-    gauss: Any, starts: Any, element: Any, reference: Any, out: Any,
+    low: int, high: int, nodes: Any, u: Any, edges: Any, size: Any, moduli: Any, free: float,
+    filled: Any, gauss: Any, starts: Any, element: Any, reference: Any, out: Any,
 ) -> None:  # fmt: skip
     """Stress at points; well-filled elements interpolate that of their Gauss points.
 
@@ -62,8 +63,10 @@ def stress_in_elements(
     edges : (3,) array, mm
     size : (n,) int array
         Edge of each element over these.
-    lame : (3,) array
-        Lamé's constants, MPa, and the strain of free expansion.
+    moduli : (2, 3, 3) array, MPa
+        Couplings of normal strains, and shear moduli.
+    free : float
+        Strain of free expansion.
     filled : (n,) bool array
         Elements whose stress is the trilinear function through eight Gauss points.
     gauss : (2,) array
@@ -88,8 +91,8 @@ def stress_in_elements(
         if filled[e]:
             for k in range(8):
                 _stress(
-                    own, gauss[k & 1], gauss[(k >> 1) & 1], gauss[k >> 2], edges, lame, work,
-                    corners[k],
+                    own, gauss[k & 1], gauss[(k >> 1) & 1], gauss[k >> 2], edges, moduli, free,
+                    work, corners[k],
                 )  # fmt: skip
         for q in range(starts[r], starts[r + 1]):
             if filled[e]:
@@ -106,8 +109,9 @@ def stress_in_elements(
                         value[c] += w * corners[k, c]
             else:
                 _stress(
-                    own, reference[0, q], reference[1, q], reference[2, q], edges, lame, work, value
-                )
+                    own, reference[0, q], reference[1, q], reference[2, q], edges, moduli, free,
+                    work, value,
+                )  # fmt: skip
             for c in range(6):
                 out[c, q] = value[c]
 

@@ -9,7 +9,6 @@ from gradedesign.mechanics.finite_cell.cut_problem import CutProblem, region_pla
 from gradedesign.mechanics.finite_cell.elements import Elements, cut_elements, solid_volume
 from gradedesign.mechanics.finite_cell.grid import Grid, fit_grid
 from gradedesign.mechanics.finite_cell.load_cases import USUAL, Accuracy, solved_cases
-from gradedesign.mechanics.finite_cell.operator import lame_constants
 from gradedesign.mechanics.finite_cell.refinement import refined
 from gradedesign.mechanics.finite_cell.result import FiniteCellResult
 from gradedesign.mechanics.finite_cell.space import BrickSpace, brick_space, unknown_count
@@ -69,7 +68,6 @@ def solve_divided(
     }
     solutions = solved_cases(problem, elements, space, places, accuracy, start)
     volume = solid_volume(elements)
-    material = problem.material
     result = FiniteCellResult(
         elements=elements,
         space=space,
@@ -79,7 +77,7 @@ def solve_divided(
         spacing=float(elements.grid.edges.max()),
         unknowns=unknown_count(space),
         processor_seconds=time.process_time() - begin,
-        lame=lame_constants(material.youngs_modulus, material.poissons_ratio),
+        moduli=problem.material.moduli,
         notes=_notes(elements),
     )
     log.info(

@@ -87,18 +87,17 @@ def gradients_at(places: FloatArray, edges: FloatArray) -> FloatArray:
     return np.stack(parts, axis=-2)
 
 
-def point_stiffness(gradients: FloatArray, lame: tuple[float, float]) -> FloatArray:
+def point_stiffness(gradients: FloatArray, moduli: FloatArray) -> FloatArray:
     """Stiffness of points of unit volume, ``(..., 3 n, 3 n)``, from gradients ``(..., 3, n)``.
 
-    `lame` are Lame's two constants, MPa. Unknowns run x, y, z of the first node, then the second.
+    ``moduli``, MPa, as `Material.moduli`. Unknowns run x, y, z of the first node, then the second.
     """
-    first, shear = lame
+    normal, shear = moduli
     n = gradients.shape[-1]
     outer = np.einsum("...ca,...db->...acbd", gradients, gradients)
-    dots = np.einsum("...ca,...cb->...ab", gradients, gradients)
-    matrix = first * outer + shear * np.swapaxes(outer, -3, -1)
+    matrix = normal[:, None, :] * outer + shear[:, None, :] * np.swapaxes(outer, -3, -1)
     for c in range(3):
-        matrix[..., :, c, :, c] += shear * dots
+        matrix[..., :, c, :, c] += np.einsum("d,...da,...db->...ab", shear[c], gradients, gradients)
     return matrix.reshape(*gradients.shape[:-2], 3 * n, 3 * n)
 
 

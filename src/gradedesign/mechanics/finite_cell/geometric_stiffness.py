@@ -48,14 +48,14 @@ def geometric_stiffness(
     elements: Elements,
     space: BrickSpace,
     u: FloatArray,
-    lame: tuple[float, float],
+    moduli: FloatArray,
     thermal_strain: float,
 ) -> GeometricStiffness:
     """Geometric stiffness of the stress of displacements.
 
     - ``space``: of order 2
     - ``u (N, 3)``, mm
-    - ``lame``, MPa
+    - ``moduli``, MPa, as `Material.moduli`
     - ``thermal_strain``: free strain of the solid
     """
     blocks = np.zeros((len(elements.position), 27, 27), np.float32)
@@ -76,7 +76,7 @@ def geometric_stiffness(
                 weights = elements.weights[own].T
             else:
                 weights = np.broadcast_to(full[:, None], (len(full), size.size))
-            stress = _stress(slope, lame, thermal_strain) * weights
+            stress = _stress(slope, moduli, thermal_strain) * weights
             if count == CUT_POINTS:
                 stress = weights * (stress.sum(axis=1) / weights.sum(axis=0))[:, None]
             stress *= size
@@ -111,17 +111,15 @@ def _work_of_stress(gradients: FloatArray) -> NDArray[np.float32]:
     return products.transpose(2, 1, 0).reshape(len(_ROWS), -1).astype(np.float32)
 
 
-def _stress(slope: FloatArray, lame: tuple[float, float], thermal_strain: float) -> FloatArray:
+def _stress(slope: FloatArray, moduli: FloatArray, thermal_strain: float) -> FloatArray:
     """Voigt stress ``(6, Q, m)``, MPa, of derivatives by axis and component, ``(Q, 3, m, 3)``."""
-    first, shear = lame
-    xx, yy, zz = slope[:, 0, :, 0], slope[:, 1, :, 1], slope[:, 2, :, 2]
-    mean = first * (xx + yy + zz) - (3.0 * first + 2.0 * shear) * thermal_strain
-    normal = [mean + 2.0 * shear * own for own in (xx, yy, zz)]
+    normal, shear = moduli
+    strains = np.stack([slope[:, a, :, a] for a in range(3)]) - thermal_strain
     sheared = [
-        shear * (slope[:, a, :, b] + slope[:, b, :, a])
+        shear[a, b] * (slope[:, a, :, b] + slope[:, b, :, a])
         for a, b in zip(_FIRST[3:], _SECOND[3:], strict=True)
     ]
-    return np.stack([*normal, *sheared])
+    return np.concatenate([np.tensordot(normal, strains, axes=1), np.stack(sheared)])
 
 
 def _parts(start: int, stop: int) -> Iterator[slice]:

@@ -14,7 +14,6 @@ from gradedesign.mechanics.finite_cell.cut_problem import CutProblem
 from gradedesign.mechanics.finite_cell.elements import Elements
 from gradedesign.mechanics.finite_cell.hanging import gather_hanging
 from gradedesign.mechanics.finite_cell.loads import scattered
-from gradedesign.mechanics.finite_cell.operator import lame_constants
 from gradedesign.mechanics.finite_cell.residual_places import ResidualPlaces, residual_places
 from gradedesign.mechanics.finite_cell.result import CaseSolution, ModeValue
 from gradedesign.mechanics.finite_cell.space import BrickSpace
@@ -76,8 +75,7 @@ def with_residuals(
     ``places``: by name; where the solid reaches the regions. ``cases``: in the order of the
     problem's load cases. ``duals``: by any key; of the problem's goals, by their keys.
     """
-    material = problem.material
-    lame = lame_constants(material.youngs_modulus, material.poissons_ratio)
+    moduli = problem.material.moduli
     looked_at = residual_places(elements, problem.field)
     out = []
     for specification, solution in zip(problem.cases, cases, strict=True):
@@ -91,24 +89,24 @@ def with_residuals(
         stressed = 0.0
         if forced or buckles:
             stressed = traction_residual(
-                elements, space, solution.u, lame, looked_at, free,
+                elements, space, solution.u, moduli, looked_at, free,
                 thermal_strain=solution.thermal_strain,
             )  # fmt: skip
         residual = stressed if forced else None
         if solution.modes:
             bare = free_components(elements, looked_at, _held(specification, places))
             for key, mode in solution.modes.items():
-                lost = traction_residual(elements, space, mode.shape, lame, looked_at, bare)
+                lost = traction_residual(elements, space, mode.shape, moduli, looked_at, bare)
                 goals[key] = _of_mode(mode, lost, stressed)
         if not (forced or own_goals):
             out.append(replace(solution, goals=goals))
             continue
         own = imbalance(
-            elements, space, solution.u, lame, looked_at, thermal_strain=solution.thermal_strain
+            elements, space, solution.u, moduli, looked_at, thermal_strain=solution.thermal_strain
         )
         for key in own_goals:
-            other, neither = _dual_imbalance(duals[key], elements, space, lame, looked_at)
-            goals[key] = goal_residual(own, other, lame, looked_at, free & neither)
+            other, neither = _dual_imbalance(duals[key], elements, space, moduli, looked_at)
+            goals[key] = goal_residual(own, other, moduli, looked_at, free & neither)
         out.append(replace(solution, traction_residual=residual, goals=goals))
     return tuple(out)
 
@@ -128,14 +126,14 @@ def _dual_imbalance(
     dual: Dual,
     elements: Elements,
     space: BrickSpace,
-    lame: tuple[float, float],
+    moduli: FloatArray,
     places: ResidualPlaces,
 ) -> tuple[Imbalance, BoolArray]:
     """Unbalanced tractions of the dual solution, and a mask ``(3, m)`` of those that count.
 
     Those of a single point are no traction: its surroundings are left out.
     """
-    found = imbalance(elements, space, dual.u, lame, places)
+    found = imbalance(elements, space, dual.u, moduli, places)
     if dual.drawn.area.size == 1:
         return found, free_components(elements, places, [(dual.drawn, EVERY)])
     nearest = nearest_on(elements, places, dual.drawn)

@@ -24,7 +24,7 @@ from gradedesign.mechanics.finite_cell.iterate import Iterate, conjugate_gradien
 from gradedesign.mechanics.finite_cell.loads import case_force, thermal_force
 from gradedesign.mechanics.finite_cell.modes import buckling_modes, natural_modes
 from gradedesign.mechanics.finite_cell.multigrid import build_preconditioner, cycle
-from gradedesign.mechanics.finite_cell.operator import lame_constants, operator, product
+from gradedesign.mechanics.finite_cell.operator import operator, product
 from gradedesign.mechanics.finite_cell.result import CaseSolution, FiniteCellResult, ModeValue
 from gradedesign.mechanics.finite_cell.space import BrickSpace, unknown_count
 from gradedesign.mechanics.finite_cell.supports import Held, held_by, support_key
@@ -82,9 +82,8 @@ def solved_cases(
     start: FiniteCellResult | None,
 ) -> tuple[CaseSolution, ...]:
     """Solve all load cases; those of equal supports share the set-up."""
-    material = problem.material
-    lame = lame_constants(material.youngs_modulus, material.poissons_ratio)
-    modulus = lame[0] + 2.0 * lame[1]
+    moduli = problem.material.moduli
+    modulus = float(moduli[0].max())
     groups: dict[object, list[int]] = {}
     for k, case in enumerate(problem.cases):
         groups.setdefault(support_key(case), []).append(k)
@@ -96,7 +95,7 @@ def solved_cases(
             held_by(elements, space, problem.cases[k], problem.regions, places, modulus)
             for k in members
         ]
-        stiffness = operator(elements, space, lame, accuracy.softness, held[0].springs)
+        stiffness = operator(elements, space, moduli, accuracy.softness, held[0].springs)
         fixed = held[0].fixed.copy()
         fixed[unknown_count(space) // 3 :] = True
         levels = build_preconditioner(elements, space, stiffness, accuracy.softness, fixed)
@@ -113,7 +112,7 @@ def solved_cases(
                 if goal.load_case == solved[k].name
             }
         for k in members:
-            buckling = _load_factors(problem, solved[k], system, lame, free)
+            buckling = _load_factors(problem, solved[k], system, moduli, free)
             solved[k] = replace(solved[k], modes=buckling)
         for k, frequencies in _frequencies(problem, members, system, free).items():
             solved[k] = replace(solved[k], modes={**solved[k].modes, **frequencies})
@@ -155,7 +154,7 @@ def _load_factors(
     problem: CutProblem,
     solution: CaseSolution,
     system: HeldSystem,
-    lame: tuple[float, float],
+    moduli: FloatArray,
     free: Sequence[FloatArray],
 ) -> dict[Hashable, ModeValue]:
     """Factor of its loads at which the solid buckles in one load case, where it is asked for."""
@@ -167,7 +166,7 @@ def _load_factors(
     if not wanted:
         return {}
     stressed = solution.u, solution.thermal_strain
-    modes = buckling_modes(system, stressed, lame, free[:_SIMILAR], solution.name)
+    modes = buckling_modes(system, stressed, moduli, free[:_SIMILAR], solution.name)
     shape = modes.shapes[0].reshape(system.keep.shape)
     value = ModeValue(value=float(modes.values[0]), shape=shape, buckling=True)
     return dict.fromkeys(wanted, value)

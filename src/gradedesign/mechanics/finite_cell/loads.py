@@ -20,7 +20,6 @@ from gradedesign.mechanics.finite_cell.basis import (
     shapes_at,
 )
 from gradedesign.mechanics.finite_cell.elements import Elements, element_volumes
-from gradedesign.mechanics.finite_cell.operator import lame_constants
 from gradedesign.mechanics.finite_cell.space import BrickSpace
 from gradedesign.mechanics.finite_cell.surface import SurfacePoints
 from gradedesign.mechanics.material.material import Material
@@ -55,8 +54,8 @@ def thermal_force(
     elements: Elements, space: BrickSpace, change: float, material: Material
 ) -> FloatArray:
     """Nodal forces of free thermal expansion by a change of temperature in K, ``(N, 3)``, N."""
-    first, shear = lame_constants(material.youngs_modulus, material.poissons_ratio)
-    pressure = (3.0 * first + 2.0 * shear) * material.thermal_expansion * change
+    normal, _ = material.moduli
+    pressure = normal.sum(axis=1) * material.thermal_expansion * change
     return pressure * _divergence_force(elements, space)
 
 

@@ -61,7 +61,7 @@ def natural_modes(
 def buckling_modes(
     system: HeldSystem,
     stressed: tuple[FloatArray, float],
-    lame: tuple[float, float],
+    moduli: FloatArray,
     similar: Sequence[FloatArray],
     name: str,
 ) -> Modes:
@@ -71,12 +71,12 @@ def buckling_modes(
 
     - ``stressed``: displacements of the load case, ``(N, 3)``, mm, and the free strain of the solid
       in it
-    - ``lame``, MPa
+    - ``moduli``, MPa, as `Material.moduli`
     - ``similar``, each ``(N, 3)``: to start from
     - ``name``: of the load case
     """
     began = time.perf_counter()
-    geometric = geometric_stiffness(system.elements, system.space, stressed[0], lame, stressed[1])
+    geometric = geometric_stiffness(system.elements, system.space, stressed[0], moduli, stressed[1])
     problem = _problem(system, lambda x: -geometric_product(geometric, x), similar)
     with stepping(f"buckling under {name}"):
         modes = lowest_factors(problem, 1, rtol=_RTOL, name=name)

@@ -240,7 +240,7 @@ def _inverse_diagonal(
 ) -> NDArray[np.float32]:
     """Inverted 3 by 3 diagonal blocks of all nodes; zero for fixed components."""
     edges, n = elements.grid.edges, len(space.place)
-    lame = (float(stiffness.lame[0]), float(stiffness.lame[1]))
+    moduli = stiffness.moduli.astype(np.float64)
     diagonal = np.zeros((9, n))
     weights = soft_weights(elements, softness)
     size = np.where(free.kind == 0, elements.size, 0).astype(np.float64)
@@ -248,7 +248,7 @@ def _inverse_diagonal(
         (WHOLE_POINTS, slice(elements.whole), gauss_weights(WHOLE_POINTS)[None]),
         (CUT_POINTS, slice(elements.whole, None), weights),
     ):
-        blocks = _diagonal_blocks(gradients_at(gauss_places(count), edges), lame)
+        blocks = _diagonal_blocks(gradients_at(gauss_places(count), edges), moduli)
         for a in range(27):
             own = (w @ blocks[:, a]) * size[part, None]
             _add_at(diagonal, free.nodes[part, a], own)
@@ -284,12 +284,11 @@ def _add_at(diagonal: FloatArray, nodes: NDArray[np.int32], own: FloatArray) -> 
         diagonal[c] += np.bincount(nodes, weights=own[:, c], minlength=diagonal.shape[1])
 
 
-def _diagonal_blocks(gradients: FloatArray, lame: tuple[float, float]) -> FloatArray:
+def _diagonal_blocks(gradients: FloatArray, moduli: FloatArray) -> FloatArray:
     """Diagonal blocks of points of unit volume, ``(points, 27, 9)``."""
     g = np.moveaxis(gradients, -1, -2)
-    outer = (lame[0] + lame[1]) * g[..., :, None] * g[..., None, :]
-    square = lame[1] * (g**2).sum(axis=-1)
-    outer[..., range(3), range(3)] += square[..., None]
+    outer = moduli.sum(axis=0) * g[..., :, None] * g[..., None, :]
+    outer[..., range(3), range(3)] += g**2 @ moduli[1]
     return outer.reshape(*g.shape[:-1], 9)
 
 
@@ -297,11 +296,10 @@ def _linear_matrices(
     elements: Elements, corners: FreeNodes, stiffness: Operator, softness: float
 ) -> NDArray[np.float32]:
     """Galerkin products on the linear functions of free nodes, ``(n, 24, 24)``."""
-    lame = (float(stiffness.lame[0]), float(stiffness.lame[1]))
     to_quadratic = np.kron(_linear_at_nodes(), np.eye(3))
     gradients = gradients_at(gauss_places(CUT_POINTS), elements.grid.edges)
     linear = gradients @ _linear_at_nodes()
-    basis = point_stiffness(linear, lame).reshape(CUT_POINTS**3, -1)
+    basis = point_stiffness(linear, stiffness.moduli.astype(np.float64)).reshape(CUT_POINTS**3, -1)
     matrices = np.zeros((len(elements.position), 24, 24), np.float32)
     matrices[: elements.whole] = (gauss_weights(CUT_POINTS) @ basis).reshape(24, 24)
     full = gauss_weights(CUT_POINTS)

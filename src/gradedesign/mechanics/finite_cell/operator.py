@@ -41,28 +41,23 @@ class Operator:
     #: Colours, first element, weights, what all elements share of them, shapes and slopes of whole
     #: and of cut elements. The weights are those of the elements, in double precision.
     groups: tuple[tuple[IntArray, int, FloatArray, FloatArray, NDArray[Any], NDArray[Any]], ...]
-    lame: NDArray[Any]  #: ``(2,)``, N mm. Lame's constants times the volume of a brick of the grid.
+    #: ``(2, 3, 3)``, N mm. Of `principal_moduli`, times the volume of a brick of the grid.
+    moduli: NDArray[Any]
     springs: Springs | None
     hanging: Hanging | None
-
-
-def lame_constants(youngs_modulus: float, poissons_ratio: float) -> tuple[float, float]:
-    """Lame's first constant and the shear modulus, MPa."""
-    E, nu = youngs_modulus, poissons_ratio
-    return E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
 
 
 def operator(
     elements: Elements,
     space: BrickSpace,
-    lame: tuple[float, float],
+    moduli: FloatArray,
     softness: float,
     springs: Springs | None = None,
 ) -> Operator:
     """Stiffness in double precision.
 
-    ``space``: of order 2. ``lame``, MPa. ``softness``: stiffness of the void in cut elements over
-    that of the solid.
+    ``space``: of order 2. ``moduli``, MPa, as `Material.moduli`. ``softness``: stiffness of the
+    void in cut elements over that of the solid.
     """
     edges = elements.grid.edges
     groups = []
@@ -80,7 +75,7 @@ def operator(
         nodes=space.nodes,
         size=elements.size,
         groups=tuple(groups),
-        lame=np.prod(edges) * np.asarray(lame),
+        moduli=np.prod(edges) * moduli,
         springs=springs,
         hanging=space.hanging,
     )
@@ -102,7 +97,7 @@ def single(operator: Operator) -> Operator:
             (colours, first, weights, every, shapes.astype(np.float32), slopes.astype(np.float32))
             for colours, first, weights, every, shapes, slopes in operator.groups
         ),
-        lame=operator.lame.astype(np.float32),
+        moduli=operator.moduli.astype(np.float32),
         springs=springs,
         hanging=single_hanging(operator.hanging),
     )
@@ -119,7 +114,7 @@ def apply(operator: Operator, u: NDArray[Any], y: NDArray[Any]) -> None:
         for low, high in pairwise(colours.tolist()):
             in_ranges(
                 kernels.add_product, range(low, high, kernels.LANES), operator.nodes,
-                operator.size, *group, operator.lame, u, y,
+                operator.size, *group, operator.moduli, u, y,
             )  # fmt: skip
     s = operator.springs
     if s is not None:

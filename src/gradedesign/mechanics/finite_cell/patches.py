@@ -174,8 +174,8 @@ def free_matrices(
 ) -> FloatArray:
     """Stiffness of some elements on their free nodes, ``(k, 81, 81)``, N/mm."""
     gradients = gradients_at(gauss_places(CUT_POINTS), elements.grid.edges)
-    lame = (float(stiffness.lame[0]), float(stiffness.lame[1]))
-    basis = point_stiffness(gradients, lame).reshape(CUT_POINTS**3, -1)
+    moduli = stiffness.moduli.astype(np.float64)
+    basis = point_stiffness(gradients, moduli).reshape(CUT_POINTS**3, -1)
     full = gauss_weights(CUT_POINTS)
     weights = np.tile(full, (len(chosen), 1))
     cut = chosen >= elements.whole

@@ -26,7 +26,7 @@ def recovered_stress(
     elements: Elements,
     space: BrickSpace,
     u: FloatArray,
-    lame: tuple[float, float],
+    moduli: FloatArray,
     at: SolidPoints,
     thermal_strain: float = 0.0,
 ) -> FloatArray:
@@ -37,7 +37,8 @@ def recovered_stress(
     with their neighbours: a brick is wider than a wall, so that a patch would mix both of its
     faces.
 
-    ``u (N, 3)``, mm. ``lame``, MPa. ``thermal_strain``: free expansion, subtracted from the strain.
+    ``u (N, 3)``, mm. ``moduli``, MPa, as `Material.moduli`. ``thermal_strain``: free expansion,
+    subtracted from the strain.
 
     References
     ----------
@@ -55,7 +56,8 @@ def recovered_stress(
         u,
         elements.grid.edges,
         elements.size,
-        np.array([*lame, thermal_strain]),
+        moduli,
+        thermal_strain,
         solid_fraction(elements) >= WELL_FILLED,
         gauss_places(_BARLOW)[0, :_BARLOW],
         starts,

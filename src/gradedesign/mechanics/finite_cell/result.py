@@ -58,7 +58,7 @@ class FiniteCellResult:
     spacing: float  #: mm. Longest edge of an element; of the small ones where there are two sizes.
     unknowns: int
     processor_seconds: float  #: s.
-    lame: tuple[float, float]  #: MPa.
+    moduli: FloatArray  #: ``(2, 3, 3)``, MPa, as `Material.moduli`.
     #: On planes that are not aligned and components that were left out.
     notes: tuple[str, ...] = ()
 

@@ -97,7 +97,7 @@ def imbalance(
     elements: Elements,
     space: BrickSpace,
     u: FloatArray,
-    lame: tuple[float, float],
+    moduli: FloatArray,
     places: ResidualPlaces,
     *,
     thermal_strain: float = 0.0,
@@ -105,7 +105,7 @@ def imbalance(
     """Tractions of displacements ``u``, (N, 3), mm, that are not in balance."""
 
     def traction(at: Places) -> FloatArray:
-        return _traction(_raw_stress(elements, space, u, (*lame, thermal_strain), at), at)
+        return _traction(_raw_stress(elements, space, u, moduli, thermal_strain, at), at)
 
     here, there = places.sides
     return Imbalance(free=traction(places.free), jump=traction(here) - traction(there))
@@ -115,7 +115,7 @@ def traction_residual(
     elements: Elements,
     space: BrickSpace,
     u: FloatArray,
-    lame: tuple[float, float],
+    moduli: FloatArray,
     places: ResidualPlaces,
     free: BoolArray,
     *,
@@ -128,27 +128,25 @@ def traction_residual(
     share by which the work of the loads is too small; the constant is measured, see
     `limits.banded.RESIDUAL_FACTORS`.
 
-    ``u (N, 3)``, mm. ``lame``, MPa. ``free (3, m)``: see `free_components`.
+    ``u (N, 3)``, mm. ``moduli``, MPa, as `Material.moduli`. ``free (3, m)``: see
+    `free_components`.
 
     References
     ----------
     I. Babuška, W. C. Rheinboldt (1978), A-posteriori error estimates for the finite element
     method, Int. J. Numer. Methods Eng. 12, 1597-1615: the part of the residual on faces.
     """
-    own = imbalance(elements, space, u, lame, places, thermal_strain=thermal_strain)
-    _, nu = _engineering(lame)
+    own = imbalance(elements, space, u, moduli, places, thermal_strain=thermal_strain)
     lost = float(_products(own, own, places, free).sum())
-    inner = _raw_stress(elements, space, u, (*lame, thermal_strain), places.inner)
-    trace = inner[:3].sum(axis=0)
-    square = (inner[:3] ** 2).sum(axis=0) + 2.0 * (inner[3:] ** 2).sum(axis=0)
-    energy = float((places.inner.weight * ((1.0 + nu) * square - nu * trace**2)).sum())
-    return lost / energy if energy > 0.0 else 0.0
+    inner = _raw_stress(elements, space, u, moduli, thermal_strain, places.inner)
+    energy = 2.0 * float(places.inner.weight @ energy_density(moduli, inner))
+    return lost / (mean_modulus(moduli) * energy) if energy > 0.0 else 0.0
 
 
 def goal_residual(
     solution: Imbalance,
     dual: Imbalance,
-    lame: tuple[float, float],
+    moduli: FloatArray,
     places: ResidualPlaces,
     free: BoolArray,
 ) -> GoalResidual:
@@ -161,8 +159,8 @@ def goal_residual(
     quarter of that of their difference, and so are these products.
 
     ``solution``, ``dual``: the dual is what forces equal to the derivative of the value by the
-    displacements cause. ``lame``, MPa. ``free (3, m)``: where neither of them carries a traction,
-    see `free_components`.
+    displacements cause. ``moduli``, MPa, as `Material.moduli`. ``free (3, m)``: where neither of
+    them carries a traction, see `free_components`.
 
     References
     ----------
@@ -171,8 +169,7 @@ def goal_residual(
     S. Prudhomme, J. T. Oden (1999), On goal-oriented error estimation for elliptic problems,
     Comput. Methods Appl. Mech. Eng. 176, 313-331: the parallelogram of both errors.
     """
-    youngs_modulus, _ = _engineering(lame)
-    terms = _products(solution, dual, places, free) / youngs_modulus
+    terms = _products(solution, dual, places, free) / mean_modulus(moduli)
     return GoalResidual(rise=float(terms[terms > 0.0].sum()), fall=float(-terms[terms < 0.0].sum()))
 
 
@@ -185,11 +182,19 @@ def _products(
     return np.concatenate([bare, here.weight * (one.jump * other.jump).sum(axis=0)])
 
 
-def _engineering(lame: tuple[float, float]) -> tuple[float, float]:
-    """Young's modulus, MPa, and Poisson's ratio."""
-    first, second = lame
-    nu = first / (2.0 * (first + second))
-    return 2.0 * second * (1.0 + nu), nu
+def energy_density(moduli: FloatArray, stress: FloatArray) -> FloatArray:
+    """Strain energy per volume, ``(m,)``, N/mm^2, of stresses ``(6, m)``, MPa.
+
+    As xx, yy, zz, yz, zx, xy.
+    """
+    normal, shear = stress[:3], stress[3:]
+    along = (normal * (np.linalg.inv(moduli[0]) @ normal)).sum(axis=0)
+    return np.asarray(0.5 * (along + (1.0 / moduli[1][[1, 2, 0], [2, 0, 1]]) @ shear**2))
+
+
+def mean_modulus(moduli: FloatArray) -> float:
+    """Harmonic mean of Young's moduli along the axes, MPa."""
+    return 3.0 / float(np.trace(np.linalg.inv(moduli[0])))
 
 
 def _traction(stress: FloatArray, at: Places) -> FloatArray:
@@ -203,7 +208,8 @@ def _raw_stress(
     elements: Elements,
     space: BrickSpace,
     u: FloatArray,
-    lame: tuple[float, float, float],
+    moduli: FloatArray,
+    thermal_strain: float,
     at: Places,
 ) -> FloatArray:
     """Stress of the displacements themselves, ``(6, m)``, MPa."""
@@ -219,7 +225,8 @@ def _raw_stress(
         u,
         elements.grid.edges,
         elements.size,
-        np.array(lame),
+        moduli,
+        thermal_strain,
         np.zeros(len(elements.position), dtype=bool),
         gauss_places(2)[0, :2],
         starts,

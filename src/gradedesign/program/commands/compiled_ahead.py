@@ -87,7 +87,7 @@ def rehearse() -> None:
     )
     result = solve_divided(problem, *divide(problem, 1.0))
     at, u = solid_points(result.elements), result.solutions[0].u
-    recovered_stress(result.elements, result.space, u, result.lame, at, 0.0)
+    recovered_stress(result.elements, result.space, u, result.moduli, at, 0.0)
     found = locate(result.elements, element_table(result.elements), at.points[:, :9])
     displacement_at(result.elements, result.space, u, found, at.points[:, :9])
     surface_still(extract_surface(_sheets, np.zeros(3) - 0.5, upper + 0.5, 0.5), "any")
