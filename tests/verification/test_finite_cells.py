@@ -243,12 +243,6 @@ def test_iterations_do_not_depend_on_how_the_grid_is_cut():
     assert max(counts) < 50
 
 
-def test_an_earlier_solution_is_a_start():
-    first = analyse(sheet(), 1 / 6, accuracy=BY_RESIDUAL)
-    again = analyse(sheet(), 1 / 6, start=first)
-    assert max(s.iterations for s in again.solutions) <= 1
-
-
 def test_a_load_between_two_others_starts_from_their_solutions():
     """It ends at once where the residual decides, and in the steps of an estimate else."""
     two = sheet()

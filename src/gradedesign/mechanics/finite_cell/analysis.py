@@ -42,7 +42,6 @@ def solve_divided(
     space: BrickSpace,
     *,
     accuracy: Accuracy = USUAL,
-    start: FiniteCellResult | None = None,
 ) -> FiniteCellResult:
     """Solve every load case on given elements.
 
@@ -54,8 +53,6 @@ def solve_divided(
     ----------
     elements, space
         As `divide` makes them, of a spacing of 1.4 walls or less for 2 % in displacement.
-    start : FiniteCellResult, optional
-        Of a similar solid: its displacements are where the iteration starts.
 
     References
     ----------
@@ -66,7 +63,7 @@ def solve_divided(
         name: region_points(elements, problem.field, region)
         for name, region in problem.regions.items()
     }
-    solutions = solved_cases(problem, elements, space, places, accuracy, start)
+    solutions = solved_cases(problem, elements, space, places, accuracy)
     volume = solid_volume(elements)
     result = FiniteCellResult(
         elements=elements,

@@ -16,7 +16,7 @@ from gradedesign.mechanics.fe.load_case import LoadCaseSpecification
 from gradedesign.mechanics.fe.modes import highest_mode
 from gradedesign.mechanics.finite_cell.cut_problem import CutProblem
 from gradedesign.mechanics.finite_cell.elements import Elements
-from gradedesign.mechanics.finite_cell.first_guess import first_guess, nearest_combination
+from gradedesign.mechanics.finite_cell.nearest_combination import nearest_combination
 from gradedesign.mechanics.finite_cell.goals import Dual, goal_force, with_residuals
 from gradedesign.mechanics.finite_cell.hanging import gather_hanging
 from gradedesign.mechanics.finite_cell.held_system import HeldSystem
@@ -25,7 +25,7 @@ from gradedesign.mechanics.finite_cell.loads import case_force, thermal_force
 from gradedesign.mechanics.finite_cell.modes import buckling_modes, natural_modes
 from gradedesign.mechanics.finite_cell.multigrid import build_preconditioner, cycle
 from gradedesign.mechanics.finite_cell.operator import operator, product
-from gradedesign.mechanics.finite_cell.result import CaseSolution, FiniteCellResult, ModeValue
+from gradedesign.mechanics.finite_cell.result import CaseSolution, ModeValue
 from gradedesign.mechanics.finite_cell.space import BrickSpace, unknown_count
 from gradedesign.mechanics.finite_cell.supports import Held, held_by, support_key
 from gradedesign.mechanics.finite_cell.surface import SurfacePoints
@@ -79,7 +79,6 @@ def solved_cases(
     space: BrickSpace,
     places: Mapping[str, SurfacePoints],
     accuracy: Accuracy,
-    start: FiniteCellResult | None,
 ) -> tuple[CaseSolution, ...]:
     """Solve all load cases; those of equal supports share the set-up."""
     moduli = problem.material.moduli
@@ -105,7 +104,7 @@ def solved_cases(
         )  # fmt: skip
         free: list[FloatArray] = []
         for k, own in zip(members, held, strict=True):
-            solved[k] = _solved_case(problem, problem.cases[k], own, system, accuracy, start, free)
+            solved[k] = _solved_case(problem, problem.cases[k], own, system, accuracy, free)
             duals |= {
                 key: _dual(goal, solved[k], system, free)
                 for key, goal in goals.items()
@@ -201,7 +200,6 @@ def _solved_case(
     own: Held,
     system: HeldSystem,
     accuracy: Accuracy,
-    start: FiniteCellResult | None,
     free: list[FloatArray],
 ) -> CaseSolution:
     """Solve one load case; ``free`` are the solutions before it, without prescribed values."""
@@ -217,13 +215,11 @@ def _solved_case(
     if own.value is not None:
         right -= product(stiffness, own.value)
     right *= system.keep
-    similar = first_guess(elements, space, start, case.name)
-    guesses = free if similar is None else [*free, similar * system.keep]
     with stepping(f"solving {case.name}"):
         solution = conjugate_gradients(
             stiffness, system.keep, right, system.precondition,
             rtol=accuracy.residual, energy=accuracy.energy, max_iterations=MAX_ITERATIONS,
-            start=nearest_combination(stiffness, system.keep, right, guesses),
+            start=nearest_combination(stiffness, system.keep, right, free),
         )  # fmt: skip
     _require_converged(case.name, solution, accuracy)
     free.append(solution.u)
