@@ -601,13 +601,19 @@ def test_an_acceptance_that_cannot_end_in_time_is_not_begun(monkeypatch):
         begin(95.0, 20.0)
     begin(95.0, 5.0)  # one that is twice as fast takes 50 s
     assert len(said) == 1
-    # After an acceptance its own time counts, and the loop keeps it free: here nothing.
-    cost.timed(lambda: SimpleNamespace(acceptance=SimpleNamespace(scope="none")))
-    assert cost.judged_s is None
+    # After an acceptance its own time counts, and the loop keeps it free.
     cost.timed(lambda: SimpleNamespace(acceptance=SimpleNamespace(scope="whole")))
     assert 0.0 < cost.judged_s < 1.0
+    assert cost.remeshed
     cost.judged_s = 400.0
-    assert cost.reserved([an_iteration(1, 0.98), an_iteration(2, 0.98)]) == 400.0
+    done = [an_iteration(1, 0.98), an_iteration(2, 0.98)]
+    assert cost.reserved(done) == 400.0
+    # Of one that needed no other mesh the time of that is predicted in addition: here none.
+    cost.work = replace(cost.work, mesher_tets=10**6)
+    assert cost.reserved(done) == 400.0
+    cost.timed(lambda: SimpleNamespace(acceptance=SimpleNamespace(scope="none")))
+    assert not cost.remeshed
+    assert cost.reserved(done) > 10.0 + cost.judged_s
     # The loop ends by its time, with what iterations found.
     faked = Faked([an_iteration(1, 0.99)])
     faked.fails = {1: NoTimeError("no time")}

@@ -41,8 +41,9 @@ class RunCost:
     #: The first prediction, and the one that the first iteration taught.
     before: CostPrediction | None = None
     after: CostPrediction | None = None  #: As `before`.
-    #: s. That the last acceptance took whose stress was judged in meshes of its own.
+    #: s. That the last acceptance took, and whether stress was judged in meshes of its own in it.
     judged_s: float | None = None
+    remeshed: bool = False
 
     def __post_init__(self) -> None:
         self.clock = Deadline(self.budget.time)
@@ -86,9 +87,10 @@ class RunCost:
         if self.work is None:
             return 0.0, 0.0
         idle = predict_cost(_real_work(self.work, last)).judging_s
-        expected = _learned_cost(self.work, last).judging_s
+        learned = _learned_cost(self.work, last)
+        expected = learned.judging_s
         if self.judged_s is not None:
-            expected = self.judged_s
+            expected = self.judged_s + (0.0 if self.remeshed else learned.acceptance_s)
         return min(idle, expected), expected
 
     def reserved(self, iterations: Sequence[DesignIteration]) -> float:
@@ -120,8 +122,8 @@ class RunCost:
         """The acceptance that ``judge`` makes, whose seconds are expected of the next one."""
         began = time.perf_counter()
         accepted = judge()
-        if accepted.acceptance.scope != "none":
-            self.judged_s = time.perf_counter() - began
+        self.judged_s = time.perf_counter() - began
+        self.remeshed = accepted.acceptance.scope != "none"
         return accepted
 
     def data(self) -> dict[str, Any]:
