@@ -52,6 +52,7 @@ def verdict(monkeypatch):
         monkeypatch.setattr(summary, name, lambda *_: {})
     iteration = SimpleNamespace(mass_g=20.0, lattice_mass_g=10.0, utilisation=1.0)
     printed = SimpleNamespace(
+        thickness=None,
         mass_g=lambda density, phase=None: density * (11.0 if phase == "lattice" else 22.0),
         comparison=SimpleNamespace(
             printed=SimpleNamespace(cavities=0, cavities_mm3=0.0, volume_mm3=1.0)
@@ -60,7 +61,11 @@ def verdict(monkeypatch):
     setup = SimpleNamespace(
         plan=SimpleNamespace(
             material=SimpleNamespace(density=1.0),
-            case=SimpleNamespace(print=None, lattice=None, part=SimpleNamespace(file=None)),
+            case=SimpleNamespace(
+                print=None,
+                lattice=SimpleNamespace(least_member=None, by_stress=False),
+                part=SimpleNamespace(file=None),
+            ),
             part=SimpleNamespace(surface=None),
         ),
         cells=SimpleNamespace(zoning=None, bounds=(0.2, 0.6)),
@@ -73,7 +78,7 @@ def verdict(monkeypatch):
         layout = SimpleNamespace(report={})
         last = SimpleNamespace(
             summary=iteration, rho=np.array(rho), variables=np.zeros(1), at_lower_bound=False,
-            rows=(row(use),),
+            rows=(row(use),), members=None,
         )  # fmt: skip
         analysed = SimpleNamespace(
             layout=layout,

@@ -1,5 +1,7 @@
 """Measures of the printed file: topology, comparison with what was analysed, thickness, phases."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -9,15 +11,18 @@ from gradedesign.design.acceptance.body import measure_body, void_warnings
 from gradedesign.design.acceptance.body_comparison import comparison_warnings
 from gradedesign.design.acceptance.printed_body import measure_printed, phase_volumes
 from gradedesign.design.printing.wall_thickness import wall_thickness
+from gradedesign.design.verdict.thin_members import thin_members
 from gradedesign.errors import MeshError
 from gradedesign.fields import periodic_distance_to_level_set
 from gradedesign.geometry.contour.surface import extract_surface
+from gradedesign.geometry.lattice.components.members import Members
 from gradedesign.geometry.lattice.components.passive import PassiveRegion
 from gradedesign.geometry.lattice.components.skin import Skin
 from gradedesign.geometry.lattice.domain import DesignDomain
 from gradedesign.geometry.part.box import box_surface
 from gradedesign.geometry.part.signed_distance import surface_distance
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
+from gradedesign.mechanics.sizing.members import MemberField
 
 
 def as_surface(*meshes):
@@ -167,6 +172,31 @@ def test_thickness_of_a_gyroid_wall():
     # 1 mm everywhere, but for the rims where the box cuts the wall
     assert found["50"] == pytest.approx(1.0, abs=0.02)
     assert found["0.1"] < found["1"] < found["5"] < 1.0
+
+
+def test_members_are_measured_on_their_own_and_told_where_they_are_thin():
+    """A web of 2 mm, a member, beside a block of 10 mm that is kept."""
+    block, web = trimesh.creation.box((10.0,) * 3), trimesh.creation.box((2.0, 40.0, 40.0))
+    web.apply_translation((30.0, 0.0, 0.0))
+    surface = as_surface(block, web)
+    lower, upper = np.array([-5.0, -20.0, -20.0]), np.array([31.0, 20.0, 20.0])
+    domain = DesignDomain(
+        distance=surface_distance(surface), lower=lower, upper=upper,
+        components=(
+            PassiveRegion(to_place=lambda p: p[0], margin=5.0),
+            Members(to_surface=lambda p: np.abs(p[0] - 30.0) - 1.0, thickness=5.0, count=1),
+        ),
+    )  # fmt: skip
+    thickness = measure_printed(surface, surface, 1.0, domain, elements_mm3=4200.0).thickness
+    assert thickness.percentiles_mm["5"] == pytest.approx(2.0)
+    assert thickness.of_phase_mm["5"] == pytest.approx(2.0)
+    inward = MemberField(np.zeros(1), radius=6.0, offset=-0.4)
+    (words,) = thin_members(thickness, 5.0, inward)
+    assert "5 % of their surface has less than 2 mm of solid behind it, of the least_mem" in words
+    assert "moved 0.4 mm inward" in words
+    assert "inward" not in thin_members(thickness, 5.0, replace(inward, offset=0.4))[0]
+    assert thin_members(thickness, 3.9, inward) == []
+    assert thin_members(thickness, 5.0, None) == []
 
 
 def test_an_open_surface_has_no_thickness():

@@ -57,7 +57,7 @@ def measure_printed(
     report_step("volumes of the printed solid")
     volumes = phase_volumes(surface, domain)
     report_step("thickness of the printed solid")
-    thickness = wall_thickness(surface)
+    thickness = wall_thickness(surface, in_phase=domain.in_members)
     report_step("comparing the analysed and the printed solid")
     return PrintedBody(
         volumes_mm3=volumes,

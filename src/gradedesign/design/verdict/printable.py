@@ -49,8 +49,10 @@ def with_print_limits(
 
 def thickness_data(thickness: WallThickness) -> dict[str, Any]:
     """Plain data on the thickness of the printed file."""
+    members = dict(thickness.of_phase_mm)
     return {
         "thickness_percentiles_mm": dict(thickness.percentiles_mm),
+        **({"members_thickness_percentiles_mm": members} if members else {}),
         "thickness_method": thickness.method,
         "thickness_rays": thickness.rays,
     }

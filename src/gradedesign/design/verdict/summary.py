@@ -39,6 +39,7 @@ from gradedesign.design.verdict.reasons import (
 from gradedesign.design.verdict.result import RunResult
 from gradedesign.design.verdict.shown import Shown
 from gradedesign.design.verdict.stress_warnings import coarse_layer, stress_warnings
+from gradedesign.design.verdict.thin_members import thin_members
 from gradedesign.geometry.tets.meshed_surface import failed_attempts
 from gradedesign.mechanics.explicit.correction import Correction
 from gradedesign.mechanics.limits.limit import Limit, predicted_row
@@ -150,9 +151,9 @@ def verdict_result(
         warnings += accepted.analysed.result.solved.division.refused
     yields, told = stress_warnings(model.limits, result)
     warnings += [*told, *_body_warnings(printed, accepted, checked=case.print is not None)]
+    warnings += thin_members(printed.thickness, case.lattice.least_member, design.members)
     mapping = mapping_data(case.lattice, design.variables)
-    density = plan.material.density
-    mass, lattice = printed.mass_g(density), printed.mass_g(density, "lattice")
+    mass, lattice = (printed.mass_g(plan.material.density, name) for name in (None, "lattice"))
     warnings += _design_notes(model.limits, model.cells, part.lattice_volumes, design.rho, lattice)
     return RunResult(
         status=status,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -92,6 +92,16 @@ class DesignDomain:
     def cuts(self) -> tuple[CutComponent, ...]:
         """Components that take material away."""
         return tuple(c for c in self.components if isinstance(c, CutComponent))
+
+    @property
+    def in_members(self) -> Callable[[FloatArray], BoolArray] | None:
+        """Whether points ``(3, n)`` mm of the printed solid lie in solid members, ``(n,)``.
+
+        None where there are none.
+        """
+        if all(solid.phase != MEMBER for solid in self.solids):
+            return None
+        return lambda points: printed_phase_at(self, points) == MEMBER
 
     @property
     def lattice_only(self) -> bool:

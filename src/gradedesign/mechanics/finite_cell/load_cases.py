@@ -16,7 +16,6 @@ from gradedesign.mechanics.fe.load_case import LoadCaseSpecification
 from gradedesign.mechanics.fe.modes import highest_mode
 from gradedesign.mechanics.finite_cell.cut_problem import CutProblem
 from gradedesign.mechanics.finite_cell.elements import Elements
-from gradedesign.mechanics.finite_cell.nearest_combination import nearest_combination
 from gradedesign.mechanics.finite_cell.goals import Dual, goal_force, with_residuals
 from gradedesign.mechanics.finite_cell.hanging import gather_hanging
 from gradedesign.mechanics.finite_cell.held_system import HeldSystem
@@ -24,6 +23,7 @@ from gradedesign.mechanics.finite_cell.iterate import Iterate, conjugate_gradien
 from gradedesign.mechanics.finite_cell.loads import case_force, thermal_force
 from gradedesign.mechanics.finite_cell.modes import buckling_modes, natural_modes
 from gradedesign.mechanics.finite_cell.multigrid import build_preconditioner, cycle
+from gradedesign.mechanics.finite_cell.nearest_combination import nearest_combination
 from gradedesign.mechanics.finite_cell.operator import operator, product
 from gradedesign.mechanics.finite_cell.result import CaseSolution, ModeValue
 from gradedesign.mechanics.finite_cell.space import BrickSpace, unknown_count
