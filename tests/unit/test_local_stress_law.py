@@ -45,6 +45,22 @@ def test_a_power_of_density_is_reproduced_between_the_surfaces():
     assert 5 < ((exact > 0.12) & (exact < 0.7)).sum() < 40
 
 
+@pytest.mark.parametrize("count", [2, 3, DENSITY.size])
+def test_near_a_density_the_profile_gives_the_same_values_and_slopes(count):
+    """Of the whole profile a cubic knows four values at most."""
+    rng = np.random.default_rng(33)
+    forms = [np.diag([*(r ** -rng.uniform(2.0, 4.0, 3)), 1.0, 1.0, 1.0]) for r in DENSITY[:count]]
+    surfaces = tuple(surface(f + f.T) for f in forms)
+    law = LocalStressLaw(density=DENSITY[:count], surfaces=surfaces)
+    ends = DENSITY[0], DENSITY[count - 1]
+    rho = np.concatenate([rng.uniform(*ends, 60), law.density])
+    stress = rng.normal(size=(6, rho.size, 4))
+    whole, near = (law.profile(stress, at).mean(axis=-1) for at in (None, rho))
+    for one, other in zip(law.slopes(whole, rho), law.slopes(near, rho), strict=True):
+        np.testing.assert_allclose(other, one, rtol=1e-12, atol=1e-300)
+    assert (count < 5) or not np.array_equal(whole, near)
+
+
 def test_surfaces_of_different_shape_meet_in_their_own_directions():
     # One direction strengthens faster with density than the other: each keeps its own power.
     forms = [np.diag([r**-3.0, r**-5.0, 0, 0, 0, 0]) for r in DENSITY]

@@ -123,17 +123,24 @@ class LawField:
             total[:, :, at] += weight * curve(rho[at])
         return np.asarray(total * np.asarray(self.stiffness_factor))
 
-    def stress_profile(self, stress: FloatArray | None, von_mises: FloatArray | None) -> FloatArray:
+    def stress_profile(
+        self,
+        stress: FloatArray | None,
+        von_mises: FloatArray | None,
+        rho: FloatArray | None = None,
+    ) -> FloatArray:
         """Local factors of a macroscopic stress for `local_stress`, rows of every law in turn.
 
         ``stress (6, M, q)``: in the axes of the cells; needed where a law knows local stress.
-        ``von_mises (M, q)``: macroscopic; needed where a law does not. Returns ``(k, M)``: means
+        ``von_mises (M, q)``: macroscopic; needed where a law does not. ``rho (M,)``: the densities
+        at which alone the local stress is asked for; None: at any. Returns ``(k, M)``: means
         over the q points; 0 where a law has no weight.
         """
         blocks = []
         for law, at, _ in self._parts():
             if law.local_stress is not None and stress is not None:
-                block = law.local_stress.profile(stress[:, at]).mean(axis=-1)
+                near = None if rho is None else rho[at]
+                block = law.local_stress.profile(stress[:, at], near).mean(axis=-1)
             elif von_mises is not None:
                 block = von_mises[at].mean(axis=1)[None]
             else:

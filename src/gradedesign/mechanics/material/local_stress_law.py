@@ -56,13 +56,29 @@ class LocalStressLaw:
         """By volume, of the local von Mises stress in the cell."""
         return self.surfaces[0].percentile
 
-    def profile(self, stress: FloatArray) -> FloatArray:
+    def profile(self, stress: FloatArray, rho: FloatArray | None = None) -> FloatArray:
         """Local stress at every density of the law.
 
-        ``stress (6, ...)``: macroscopic Voigt stress in the cell's axes. Returns ``(k, ...)``: in
-        the unit of ``stress``.
+        ``stress (6, ...)``: macroscopic Voigt stress in the cell's axes. ``rho (n,)``: of points
+        ``(n, q)``, where nothing but their `slopes` is asked for: at densities that their cubics do
+        not know the nearest value that they do stands. Returns ``(k, ...)``: in the unit of
+        ``stress``.
         """
-        return np.stack([surface.local_stress(stress) for surface in self.surfaces])
+        if rho is None:
+            return np.stack([surface.local_stress(stress) for surface in self.surfaces])
+        count = self.density.size
+        place = np.searchsorted(self.density, rho, side="right") - 1
+        # Slopes at the ends of a piece follow from the pieces beside it, at an end of the law from
+        # its first two.
+        first = np.clip(place - 1, 0, max(count - 3, 0))
+        last = np.clip(place + 2, min(2, count - 1), count - 1)
+        values = np.zeros((count, *stress.shape[1:]))
+        for k, surface in enumerate(self.surfaces):
+            some = np.flatnonzero((first <= k) & (k <= last))
+            if some.size:
+                values[k, some] = surface.local_stress(stress[:, some])
+        known = np.clip(np.arange(count)[:, None], first, last)
+        return np.take_along_axis(values, known[..., None], axis=0)
 
     def at(self, profile: FloatArray, rho: FloatArray) -> FloatArray:
         """Local stress at densities between those of the law.

@@ -38,17 +38,25 @@ class LatticeStress:
 def lattice_stress(
     model: HomogenisedModel, rho: FloatArray, displacements: Mapping[str, FloatArray]
 ) -> tuple[LatticeStress, ...]:
-    """Stress of the lattice phase of densities ``(M,)`` in every load case, in their order."""
-    return stress_demand(model, as_stiffness(cell_stiffness(model, rho)), displacements)
+    """Stress of the lattice phase of densities ``(M,)`` in every load case, in their order.
+
+    Its demand holds at these densities.
+    """
+    stiffness = as_stiffness(cell_stiffness(model, rho))
+    return stress_demand(model, stiffness, displacements, density_inside(model, rho))
 
 
 def stress_demand(
-    model: HomogenisedModel, stiffness: Stiffness, displacements: Mapping[str, FloatArray]
+    model: HomogenisedModel,
+    stiffness: Stiffness,
+    displacements: Mapping[str, FloatArray],
+    rho: FloatArray | None = None,
 ) -> tuple[LatticeStress, ...]:
     """Demand on the lattice of the stress in a body of any stiffness on the same tetrahedra.
 
     ``model``: its laws, cell axes and load cases. ``stiffness``: of the body: of the lattice, or of
-    the fully solid part. ``displacements``: of that body by load case, each ``(3, N)``, mm.
+    the fully solid part. ``displacements``: of that body by load case, each ``(3, N)``, mm. ``rho
+    (M,)``: the effective densities at which alone it is asked for; None: at any.
 
     Returns
     -------
@@ -66,7 +74,7 @@ def stress_demand(
         macro = None
         if model.law.needs_von_mises:
             macro = element_von_mises(model.space, stiffness, displacement, thermal_strain=strain)
-        demand = model.law.stress_profile(turned, macro)
+        demand = model.law.stress_profile(turned, macro, rho)
         stresses.append(LatticeStress(demand=demand, buckling=buckling))
     return tuple(stresses)
 
@@ -109,11 +117,16 @@ def from_cell_axes(model: HomogenisedModel, by_stress: FloatArray) -> FloatArray
 
 def local_stress_at(model: HomogenisedModel, stress: LatticeStress, rho: FloatArray) -> FloatArray:
     """Local von Mises stress in the solid at given densities, macroscopic stress held, ``(M,)``."""
-    effective = effective_density(model, rho)
-    inside = np.clip(effective, *model.law.window) if model.effective is not None else effective
+    inside = density_inside(model, rho)
     local = model.law.local_stress(stress.demand, inside)
     # Beyond the law's window, which only trimmed cells leave: in proportion to the solid.
-    return local * (inside / effective)
+    return local * (inside / effective_density(model, rho))
+
+
+def density_inside(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Effective densities ``(M,)`` within the window of the law, which trimmed cells may leave."""
+    effective = effective_density(model, rho)
+    return effective if model.effective is None else np.clip(effective, *model.law.window)
 
 
 def least_density(model: HomogenisedModel, stress: LatticeStress, permitted: float) -> FloatArray:

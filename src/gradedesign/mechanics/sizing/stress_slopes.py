@@ -19,6 +19,7 @@ from gradedesign.mechanics.sizing.lattice_stiffness import (
 )
 from gradedesign.mechanics.sizing.lattice_stress import (
     LatticeStress,
+    density_inside,
     from_cell_axes,
     stress_in_cells,
 )
@@ -42,9 +43,7 @@ def through_local_stress(
     - ``by_local (M,)``: derivatives of the value by the local stress of every tetrahedron
     """
     effective = effective_density(model, rho)
-    inside = effective
-    if model.effective is not None:
-        inside = np.clip(effective, *model.law.window)
+    inside = density_inside(model, rho)
     share = inside / effective
     local, by_inside, by_profile = model.law.local_slopes(stress.demand, inside)
     # Beyond the law's window, which only trimmed cells leave, local stress falls as solid grows.
