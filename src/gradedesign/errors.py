@@ -45,6 +45,20 @@ class LatticeError(GradeDesignError):
     exit_code = 3
 
 
+class DisconnectedError(LatticeError):
+    """A solid that falls apart on a grid.
+
+    Attributes
+    ----------
+    share : float
+        Of the volume, in disconnected components.
+    """
+
+    def __init__(self, message: str, *, share: float) -> None:
+        super().__init__(message)
+        self.share = share
+
+
 class ResourceError(GradeDesignError):
     """Memory, time or disk is not enough."""
 

@@ -248,7 +248,7 @@ def test_members_whose_bodies_outweigh_their_shares_are_sized_again(monkeypatch,
     # A later iteration of the loop goes on with members of that threshold.
     asked.clear()
     monkeypatch.setattr(members_module, "_moved", lambda *given: (given[3], step(99.0)))
-    size_members(problem, 3.0, found.variables, sized, lambda _: None, None, found.members)
+    size_members(problem, 3.0, (found.variables, found.members), sized, lambda _: None)
     assert asked == [(64.0, taken)]
 
 
@@ -362,15 +362,15 @@ def test_what_stands_alone_is_tied_in_by_the_shortest_way():
     part = with_moments(replace(whole, solid_fraction=ends))
     members = Members(filter=member_filter(part, 4.0), radius=4.0)
     none = MemberField(variables=np.zeros(x.size), radius=4.0)
-    found = tied(part, members, none, 3.2)
+    found = tied(part, members.filter, none, 3.2)
     share = mean_share((filtered(members.filter, found.variables) > 0.5).astype(float))
     solid = np.maximum(share, ends) > 0.5
     # Every slice across the bar has solid in it, and the tie is no thicker than it must be.
     assert all(solid[np.abs(x - at) < 1.5].any() for at in np.arange(5.0, 35.0, 2.5))
     assert part.volumes @ share < 0.5 * part.volumes @ (1.0 - ends)
     # What is one piece stays as it is.
-    assert tied(part, members, found, 3.2) is found
-    assert tied(with_moments(whole), members, none, 3.2) is none
+    assert tied(part, members.filter, found, 3.2) is found
+    assert tied(with_moments(whole), members.filter, none, 3.2) is none
 
 
 def test_the_surface_of_members_alone_holds_the_volume_of_the_body():

@@ -24,6 +24,7 @@ from gradedesign.design.loop.iteration_steps import (
 from gradedesign.design.loop.lesson import Lesson, Prior, learn
 from gradedesign.design.resolve.cell_choice import element_bounds
 from gradedesign.design.resolve.design_model import DesignModel
+from gradedesign.errors import DisconnectedError
 from gradedesign.mechanics.explicit.correction import (
     Correction,
     Discrepancy,
@@ -38,6 +39,7 @@ from gradedesign.mechanics.sizing.filter import DensityFilter
 from gradedesign.mechanics.sizing.homogenised_model import built_density
 from gradedesign.mechanics.sizing.members import MemberField
 from gradedesign.mechanics.sizing.size import SizingResult, SizingStep
+from gradedesign.mechanics.sizing.tied_members import tied_in
 
 #: Iterations after which a miss is taken for scatter, and the most room that is left for it.
 #: Chosen, not measured.
@@ -84,14 +86,20 @@ def run_iteration(
     correction = previous[-1].correction if previous else Correction()
     sized, told = _next_design(model, previous, factors, density_filter, on_step, on_event)
     timing = {"sizing": time.perf_counter() - began}
-    model = with_design(model, sized.rho, sized.members)
-    part, limits = model.homogenised, model.limits
-    predicted = predict(part, limits, correction, sized.rho)
     at_most = previous[-1].summary.spacing_mm if previous else inf
-    meshing = time.perf_counter()
-    analysed = analyse_cells(model, sized.rho, at_most=at_most, on_event=on_event)
+    meshing, whole, case = time.perf_counter(), model, model.plan.case
+    model = with_design(whole, sized.rho, sized.members)
+    try:
+        analysed = analyse_cells(model, sized.rho, at_most=at_most, on_event=on_event)
+    except DisconnectedError as error:
+        sized = tied_in(whole.homogenised, sized, case.lattice.least_member, error)
+        on_event(Event(stage="explicit", message=f"{error}: members tie in what stands alone"))
+        model = with_design(whole, sized.rho, sized.members)
+        analysed = analyse_cells(model, sized.rho, at_most=at_most, on_event=on_event)
     timing["explicit solve"] = analysed.result.seconds
     timing["explicit mesh"] = time.perf_counter() - meshing - analysed.result.seconds
+    part, limits = model.homogenised, model.limits
+    predicted = predict(part, limits, correction, sized.rho)
     report_step("learning from the explicit analysis")
     lesson = learn(
         part,
@@ -110,19 +118,34 @@ def run_iteration(
         seconds=time.perf_counter() - began,
         timing_s={name: round(value, 3) for name, value in timing.items()},
     )
-    iteration = DesignIteration(
+    expected = expected_factors(lesson.rows, analysed.result.traction_residual)
+    lower = part.member_fraction is None and (
+        not case.lattice.cells
+        or _touches_lower_bound(sized.rho, weights, element_bounds(model.cells)[0])
+    )
+    return _iteration(summary, sized, lesson, expected, at_lower_bound=lower), analysed
+
+
+def _iteration(
+    summary: Iteration,
+    sized: SizingResult,
+    lesson: Lesson,
+    expected: Factors,
+    *,
+    at_lower_bound: bool,
+) -> DesignIteration:
+    """The record of an analysed design; ``at_lower_bound``: it has no members, nor more cells."""
+    return DesignIteration(
         summary=summary,
         rows=lesson.rows,
         correction=lesson.correction,
         variables=sized.variables,
         rho=sized.rho,
         members=sized.members,
-        at_lower_bound=sized.members is None
-        and _touches_lower_bound(sized.rho, weights, element_bounds(model.cells)[0]),
+        at_lower_bound=at_lower_bound,
         discrepancy=lesson.discrepancy,
-        expected=expected_factors(lesson.rows, analysed.result.traction_residual),
+        expected=expected,
     )
-    return iteration, analysed
 
 
 def _next_design(

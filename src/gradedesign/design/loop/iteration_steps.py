@@ -165,7 +165,11 @@ def size_design(
     made = bodied if plan.bodies else None
     zoning = model.cells.zoning
     weight = None if zoning is None else zoning.member_weight
-    return size_members(sizing, thickness, plan.start, sized, made, on_step, plan.members, weight)
+    tie = not (case.lattice.cells or any(s.all_round for s in model.plan.domain.solids))
+    earlier = None
+    if plan.start is not None and plan.members is not None:
+        earlier = plan.start, plan.members
+    return size_members(sizing, thickness, earlier, sized, made, on_step, weight=weight, tie=tie)
 
 
 def build_design(

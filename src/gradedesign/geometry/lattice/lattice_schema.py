@@ -52,7 +52,7 @@ _FINDING = ("method", "size_effects", "phases", "least_member")
 #: Keys of solids that lie about cells, which a body without them has not.
 _ABOUT_CELLS = ("skin", "bevel", "least_cavity", "drain")
 #: Keys that a part without cells may state.
-_WITHOUT_CELLS = {"phases", "least_member", "method", "joint_radius"}
+_WITHOUT_CELLS = {"phases", "least_member", "method", "joint_radius", "skin", "drain"}
 #: Densities of the bars that stand for void in what is planned: about what members fill.
 _PLANNED_VOID = [0.09, 0.1]
 

@@ -10,14 +10,14 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import report_step, stepping
-from gradedesign.errors import LatticeError, ResourceError
+from gradedesign.errors import DisconnectedError, LatticeError, ResourceError
 from gradedesign.geometry.lattice.lattice import lattice_field
 from gradedesign.mechanics.explicit.analysis import Resolution
 from gradedesign.mechanics.explicit.printed_solid import PrintedSolid
 from gradedesign.mechanics.fe.modes import mode_room
 from gradedesign.mechanics.finite_cell.analysis import brick_grid, divide
 from gradedesign.mechanics.finite_cell.cut_problem import CutProblem, require_regions
-from gradedesign.mechanics.finite_cell.elements import DisconnectedError, Elements, solid_volume
+from gradedesign.mechanics.finite_cell.elements import Elements, solid_volume
 from gradedesign.mechanics.finite_cell.grid import Plane
 from gradedesign.mechanics.finite_cell.space import BrickSpace, unknown_count
 from gradedesign.mechanics.solver.lowest_modes import GUARD
@@ -97,7 +97,7 @@ def divided_within_budget(
         problem = _design_problem(solid, spacing, graded=graded)
         require_regions(problem)
         _require_room(problem, spacing, memory)
-        lost, why, divided = _tried(problem, spacing, solid.volume)
+        lost, error, divided = _tried(problem, spacing, solid.volume)
         if divided is not None:
             unknowns = unknown_count(divided[1])
             need = predict_memory(unknowns, mode_room(solid.modes.values()))
@@ -128,21 +128,22 @@ def divided_within_budget(
             refuse(f"{words}; taking {spacing:.3g} mm")
             continue
         if resolution.coarsest is None:
-            raise LatticeError(why)
+            raise error
         if lost > _SAME_LOSS * lost_before > 0.0:
-            raise LatticeError(
-                f"{why} (coarser ones lost as much: it is the design, not its grid; raise the "
-                f"lower density, enlarge the cells, or add a skin)"
+            error.args = (
+                f"{error} (coarser ones lost as much: it is the design, not its grid; raise the "
+                f"lower density, enlarge the cells, or add a skin)",
             )
+            raise error
         lost_before = lost
         spacing *= FINER
-        refuse(f"{why}; refined to {spacing:.3g} mm")
+        refuse(f"{error}; refined to {spacing:.3g} mm")
 
 
 def _tried(
     problem: CutProblem, spacing: float, enclosed: float | None
-) -> tuple[float, str, tuple[Elements, BrickSpace] | None]:
-    """Share of the solid that elements lose, in words, and the elements if it is little.
+) -> tuple[float, LatticeError, tuple[Elements, BrickSpace] | None]:
+    """Share of the solid that elements lose, as an error too, and the elements if it is little.
 
     Elements that hold what a surface encloses are right; where they do not, its triangles may
     overlap, and the volume of the field is counted.
@@ -151,20 +152,20 @@ def _tried(
         with stepping(f"finite cells of {spacing:.3g} mm"):
             elements, space = divide(problem, spacing)
     except DisconnectedError as error:
-        return error.share, str(error), None
+        return error.share, error, None
     held, kept = solid_volume(elements), 1.0 - elements.dropped_share
     if enclosed is not None and abs(held / (enclosed * kept) - 1.0) <= VOLUME_TOLERANCE:
-        return 0.0, "", (elements, space)
+        return 0.0, LatticeError(), (elements, space)
     report_step("volume of the solid")
     volume = _sampled_volume(problem)
     off = held / (volume * kept) - 1.0
     if abs(off) <= VOLUME_TOLERANCE:
-        return 0.0, "", (elements, space)
+        return 0.0, LatticeError(), (elements, space)
     why = (
         f"finite cells of {spacing:.3g} mm hold {held:.6g} mm^3, the field {volume:.6g} mm^3 "
         f"({off:+.1%}, allowed {VOLUME_TOLERANCE:.0%}): they are too coarse for the walls"
     )
-    return abs(off), why, None
+    return abs(off), LatticeError(why), None
 
 
 def _sampled_volume(problem: CutProblem) -> float:

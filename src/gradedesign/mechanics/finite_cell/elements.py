@@ -21,7 +21,7 @@ from scipy import ndimage
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.common.system.progress import report_step
 from gradedesign.common.system.threads import in_ranges
-from gradedesign.errors import LatticeError
+from gradedesign.errors import DisconnectedError, LatticeError
 from gradedesign.mechanics.finite_cell._fraction_kernels import solid_fractions
 from gradedesign.mechanics.finite_cell._sample_kernels import EDGES, face_masks, label_components
 from gradedesign.mechanics.finite_cell._weight_kernels import RULE, fitted_weights
@@ -45,20 +45,6 @@ DISCONNECTED_SHARE = 0.01
 CHUNK = 4096
 #: Parts along the edge of an element whose stress is reported. Chosen, not measured.
 BLOCKS = 4
-
-
-class DisconnectedError(LatticeError):
-    """A solid that falls apart on a grid.
-
-    Attributes
-    ----------
-    share : float
-        Of the volume, in disconnected components.
-    """
-
-    def __init__(self, message: str, *, share: float) -> None:
-        super().__init__(message)
-        self.share = share
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -88,12 +88,13 @@ def member_iterations(*, first: bool, cells: bool) -> int:
 def size_members(
     problem: SizingProblem,
     thickness: float,
-    start: FloatArray | None,
+    earlier: tuple[FloatArray, MemberField] | None,
     sized: Sized,
     bodied: Bodied | None,
     on_step: Callable[[SizingStep], None] | None = None,
-    earlier: MemberField | None = None,
+    *,
     weight: Field | None = None,
+    tie: bool = False,
 ) -> SizingResult:
     """The lightest lattice with solid members that holds every limit.
 
@@ -101,13 +102,14 @@ def size_members(
 
     - ``problem``: without members
     - ``thickness``, mm: of the thinnest member
-    - ``start (n,)``: variables of an earlier design, with which only the last stage is repeated
+    - ``earlier``: variables ``(n,)`` of an earlier design, with which only the last stage is
+      repeated, and its members, whose threshold they have
     - ``bodied``: the homogenised part with the bodies of a field of members; None: rough shares are
       the result
     - ``on_step``: receives the analyses of bodies; those of ``sized`` it receives there
-    - ``earlier``: members of the earlier design, whose threshold they have
     - ``weight``: points ``(3, m)`` mm to ``(m,)``, at least a half where members may be; None:
       everywhere
+    - ``tie``: whether bodies tie in what is solid in any case: neither cells nor a skin do
     """
     problem = replace(problem, model=with_moments(problem.model))
     part, radius = problem.model, _RADIUS * thickness
@@ -115,32 +117,26 @@ def size_members(
     held = float(effective_density(part, np.full(part.volumes.size, hi)).max())
     with_cells = held > LEAST_MEMBER
     rough = bodied is None and not with_cells
-    threshold = earlier.threshold if earlier is not None else _THRESHOLD if rough else HALF
+    threshold = earlier[1].threshold if earlier is not None else _THRESHOLD if rough else HALF
     members = Members(
         filter=member_filter(part, radius),
         radius=radius,
         threshold=threshold,
         allowed=None if weight is None else allowed_points(part.space, weight),
     )
-    x, history = start, list[SizingStep]()
-    if x is None:
-        beginning = _BEGINNING if with_cells else _BEGINNING_ALONE
-        x = np.concatenate(
-            [
-                np.full(problem.filter.shape[1], np.sqrt(lo * hi)),
-                np.full(members.filter.shape[1], LEAST_MEMBER + beginning),
-            ]
-        )
-    stages = _ROUGH if bodied is None else STAGES if start is None else STAGES[-1:]
-    results = _staged(problem, members, x, stages, sized)
-    history += [step for result in results for step in result.history]
+    share = _BEGINNING if with_cells else _BEGINNING_ALONE
+    counts = problem.filter.shape[1], members.filter.shape[1]
+    x = np.repeat([np.sqrt(lo * hi), LEAST_MEMBER + share], counts)
+    stages = _ROUGH if bodied is None else STAGES if earlier is None else STAGES[-1:]
+    results = _staged(problem, members, x if earlier is None else earlier[0], stages, sized)
+    history = [step for result in results for step in result.history]
     result = results[-1]
     if result.members is None or bodied is None:
         return replace(result, history=tuple(history))
 
     def bodies(result: SizingResult, field: MemberField) -> SizingResult:
-        if not with_cells:
-            field = tied(part, members, field, thickness)
+        if tie:
+            field = tied(part, members.filter, field, thickness)
         found, step = _moved(problem, bodied, result, field, thickness, len(history), on_step)
         history.append(step)
         return replace(result, members=found, feasible=step.utilisation <= 1.0)
@@ -148,7 +144,7 @@ def size_members(
     shares = history[-1]
     first = bodies(result, result.members)
     best = history[-1]
-    if start is not None or best.mass_g <= _HEAVIER * shares.mass_g:
+    if earlier is not None or best.mass_g <= _HEAVIER * shares.mass_g:
         return replace(first, history=tuple(history))
     eroded = replace(members, threshold=_THRESHOLD)
     begun = results[_REPEATED - 1].variables

@@ -14,10 +14,12 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.errors import DisconnectedError
 from gradedesign.geometry.tets.tet_mesh import TetMesh, centroids
-from gradedesign.mechanics.sizing.filter import filtered
+from gradedesign.mechanics.sizing.filter import DensityFilter, filtered
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
-from gradedesign.mechanics.sizing.members import MemberField, Members, mean_share
+from gradedesign.mechanics.sizing.members import MemberField, mean_share, member_filter
+from gradedesign.mechanics.sizing.problem import SizingResult
 
 #: Share of a tetrahedron from which on it is solid.
 _HALF = 0.5
@@ -28,14 +30,16 @@ _RADIUS = 0.7
 _IN_SOLID = 0.1
 
 
-def tied(part: HomogenisedModel, members: Members, field: MemberField, least: float) -> MemberField:
+def tied(
+    part: HomogenisedModel, members: DensityFilter, field: MemberField, least: float
+) -> MemberField:
     """The field of members with a tie along the shortest way to every solid that stands alone.
 
-    ``part``: without the members. ``field``: variables of the tetrahedra. ``least``, mm: thickness
-    of a tie, about.
+    ``part``: without the members. ``members``: of `member_filter`. ``field``: variables of the
+    tetrahedra. ``least``, mm: thickness of a tie, about.
     """
     mesh = part.space.mesh
-    share = mean_share((filtered(members.filter, field.variables) > _HALF).astype(np.float64))
+    share = mean_share((filtered(members, field.variables) > _HALF).astype(np.float64))
     solid = part.solid_fraction + (1.0 - part.solid_fraction) * share > _HALF
     passive = part.volumes * part.solid_fraction * solid
     beside = _neighbours(mesh)
@@ -55,6 +59,23 @@ def tied(part: HomogenisedModel, members: Members, field: MemberField, least: fl
         variables[near] = 1.0
         joined = np.concatenate([joined, piece, np.flatnonzero(near)])
     return replace(field, variables=variables)
+
+
+def tied_in(
+    part: HomogenisedModel, sized: SizingResult, least: float | None, error: DisconnectedError
+) -> SizingResult:
+    """A design whose cells leave kept solids alone, with members to these.
+
+    Raises the error where the design has no members, or they tie in all that is solid.
+
+    ``part``: without the members. ``least``, mm: thickness of members; None: there are none.
+    """
+    if sized.members is None or least is None:
+        raise error
+    members = tied(part, member_filter(part, sized.members.radius), sized.members, least)
+    if members is sized.members:
+        raise error
+    return replace(sized, members=members)
 
 
 def _neighbours(mesh: TetMesh) -> csr_matrix:
