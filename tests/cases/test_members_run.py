@@ -118,6 +118,42 @@ def test_members_are_accepted_and_their_stress_is_a_row_of_its_own(tmp_path, cli
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("limit", "members"), [("0.006 mm", True), ("1 mm", False)])
+def test_a_skin_closes_a_body_of_members(tmp_path, cli, monkeypatch, limit, members):
+    """Where the skin is enough there are no members, and nothing is lighter."""
+    skin = 'skin = "0.6 mm"\ndrain = {diameter = "1.5 mm"}\n[run]'
+    text = without_cells(CASE).replace("[run]", skin, 1).replace('"0.0125 mm"', f'"{limit}"')
+    monkeypatch.setitem(globals(), "CASE", text)
+    result, ended = ran(tmp_path / "closed", cli, "", "max_iterations = 4")
+    assert ended.code == 0, ended.out + ended.err
+    assert (result["status"], result["lightest"]) == ("met", True)
+    found = result["printed"]["volumes_mm3"]
+    assert found["skin"] > 0
+    assert found.get("solid members", 0.0) > 0.05 * found["skin"] or not members
+    assert found.get("solid members", 0.0) < 0.03 * found["skin"] or members  # fillets
+    assert len(result["measures"]["drains"]) == 1
+
+
+FLOATING = """\
+[[keep]]
+box = {lower = ["2.7 mm", "2.7 mm", "2.7 mm"], upper = ["5.3 mm", "5.3 mm", "5.3 mm"]}
+[[load_case]]"""
+
+
+@pytest.mark.slow
+def test_kept_solid_that_cells_leave_alone_is_tied_in(tmp_path, cli, monkeypatch):
+    """Struts run along the edges of the bar; a block in the middle of a cell touches none."""
+    text = CASE.replace("[[load_case]]", FLOATING, 1).replace("gyroid-sheet", "sc")
+    monkeypatch.setitem(
+        globals(), "CASE", text.replace("[0.3, 0.7]", "[0.12, 0.6]").replace("0.0125", "0.03")
+    )
+    result, ended = ran(tmp_path / "tied", cli, MEMBERS, "max_iterations = 1")
+    assert ended.code in (0, 4), ended.out + ended.err
+    assert "members tie in what stands alone" in " ".join(ended.out.split())
+    assert result["printed"]["comparison"]["printed"]["components"] == 1
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(("least", "made"), [("2.6 mm", "solid and void"), ("4 mm", "lattice")])
 def test_of_all_three_phases_the_lighter_body_is_made(tmp_path, cli, least, made):
     """Thin members carry without cells; as thick as half of the bar they weigh more than these."""

@@ -630,6 +630,17 @@ def test_the_same_design_twice_ends_the_loop(monkeypatch):
     )
 
 
+def test_a_held_design_three_times_ends_the_loop(monkeypatch):
+    """Twice may be chance: an acceptance may have changed what the next one aims at."""
+    held = [an_iteration(n, 0.8, mass=10.0 + n * 1e-4) for n in range(1, 4)]
+    found = ended(monkeypatch, held)
+    assert found.by == "stuck"
+    assert "a smaller [lattice] least_member" in found.words
+    assert ended(monkeypatch, held[:2]) is None
+    assert ended(monkeypatch, [*held[:2], an_iteration(3, 0.81)]) is None
+    assert ended(monkeypatch, [*held[:2], an_iteration(3, 0.8, mass=10.1)]) is None
+
+
 def test_a_lattice_that_cannot_reach_a_limit_ends_the_loop(monkeypatch):
     found = ended(monkeypatch, [an_iteration(1, 1.2)], saturated="out of reach")
     assert (found.by, found.words) == ("saturated", "out of reach")

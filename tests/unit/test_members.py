@@ -250,6 +250,11 @@ def test_members_whose_bodies_outweigh_their_shares_are_sized_again(monkeypatch,
     monkeypatch.setattr(members_module, "_moved", lambda *given: (given[3], step(99.0)))
     size_members(problem, 3.0, (found.variables, found.members), sized, lambda _: None)
     assert asked == [(64.0, taken)]
+    # Where their surface was moved as far as it may be, places of members must change.
+    asked.clear()
+    bound = replace(found.members, offset=-0.75)
+    size_members(problem, 3.0, (found.variables, bound), sized, lambda _: None)
+    assert [sharpness for sharpness, _ in asked] == [8.0, 16.0, 32.0, 64.0]
 
 
 def test_members_weigh_from_a_half_on_whatever_they_carry_from():
@@ -368,6 +373,7 @@ def test_what_stands_alone_is_tied_in_by_the_shortest_way():
     # Every slice across the bar has solid in it, and the tie is no thicker than it must be.
     assert all(solid[np.abs(x - at) < 1.5].any() for at in np.arange(5.0, 35.0, 2.5))
     assert part.volumes @ share < 0.5 * part.volumes @ (1.0 - ends)
+    assert found.tied
     # What is one piece stays as it is.
     assert tied(part, members.filter, found, 3.2) is found
     assert tied(with_moments(whole), members.filter, none, 3.2) is none

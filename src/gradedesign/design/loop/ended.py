@@ -24,6 +24,8 @@ from gradedesign.mechanics.limits.verdict import Factors
 _TIME_RESERVE = 1.3
 #: Densities that differ by less are the same design. Chosen, not measured.
 SAME_DENSITY = 1e-4
+#: Masses and utilisations that differ by less of each other are alike. Chosen, not measured.
+_ALIKE = 2e-4
 #: Missing time is stated in steps of this many seconds. Chosen, not measured.
 _TIME_STEP = 10
 
@@ -50,6 +52,14 @@ class Ended:
     words: str
 
 
+_STUCK = (
+    "the last iteration found the same design again, so that no further one can change it; a "
+    "higher upper density, another cell, smaller cells or a skin would help"
+)
+_STUCK_HELD = (
+    "the last three iterations found the same design; a smaller [lattice] least_member, smaller "
+    "cells or a lower lower density leave room for a lighter one"
+)
 #: A design that breaks a limit and is lighter by no more than this share shows that the accepted
 #: one is the lightest.
 #: Displacements jump where walls meet a face or miss it: `size-graded` once used 100.3 % at 9.442 g
@@ -77,11 +87,8 @@ def why_ended(
     if words is not None:
         return Ended(by="saturated", words=words)
     if stuck(iterations):
-        return Ended(
-            by="stuck",
-            words="the last iteration found the same design again, so that no further one can "
-            "change it; a higher upper density, another cell, smaller cells or a skin would help",
-        )
+        held = iterations[-1].summary.passed
+        return Ended(by="stuck", words=_STUCK_HELD if held else _STUCK)
     last = iterations[-1].summary.seconds
     most = model.plan.case.run.max_iterations
     if len(iterations) >= most:
@@ -183,10 +190,20 @@ def refused_end(iterations: Sequence[DesignIteration], error: GradeDesignError) 
 
 
 def stuck(iterations: Sequence[DesignIteration]) -> bool:
-    """Whether a design that breaks a limit equals the last one: no iteration changes it."""
-    if len(iterations) < 2 or iterations[-1].summary.passed:
-        return False
-    last, before = iterations[-1], iterations[-2]
+    """Whether a design equals the last one, so that no iteration changes it.
+
+    Of designs that hold their limits, of which an acceptance may teach something, the last three
+    weigh the same and use their limits alike.
+    """
+    if not iterations[-1].summary.passed:
+        return len(iterations) > 1 and _same(*iterations[-2:])
+    last = [each.summary for each in iterations[-3:]]
+    found = np.array([(each.mass_g, each.utilisation) for each in last])
+    return len(last) == 3 and bool((np.ptp(found, axis=0) <= _ALIKE * found[-1]).all())
+
+
+def _same(before: DesignIteration, last: DesignIteration) -> bool:
+    """Whether two designs are one."""
     changes = [last.rho - before.rho]
     if last.members is not None and before.members is not None:
         changes.append(last.members.variables - before.members.variables)

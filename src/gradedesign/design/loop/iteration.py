@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from math import inf
 
 from gradedesign.arrays import FloatArray, locked
@@ -39,7 +40,6 @@ from gradedesign.mechanics.sizing.filter import DensityFilter
 from gradedesign.mechanics.sizing.homogenised_model import built_density
 from gradedesign.mechanics.sizing.members import MemberField
 from gradedesign.mechanics.sizing.size import SizingResult, SizingStep
-from gradedesign.mechanics.sizing.tied_members import tied_in
 
 #: Iterations after which a miss is taken for scatter, and the most room that is left for it.
 #: Chosen, not measured.
@@ -84,7 +84,8 @@ def run_iteration(
     """
     began = time.perf_counter()
     correction = previous[-1].correction if previous else Correction()
-    sized, told = _next_design(model, previous, factors, density_filter, on_step, on_event)
+    following = partial(_next_design, model, previous, factors, density_filter, on_step, on_event)
+    sized, told = following()
     timing = {"sizing": time.perf_counter() - began}
     at_most = previous[-1].summary.spacing_mm if previous else inf
     meshing, whole, case = time.perf_counter(), model, model.plan.case
@@ -92,8 +93,12 @@ def run_iteration(
     try:
         analysed = analyse_cells(model, sized.rho, at_most=at_most, on_event=on_event)
     except DisconnectedError as error:
-        sized = tied_in(whole.homogenised, sized, case.lattice.least_member, error)
+        if sized.members is None or sized.members.tied:
+            raise
         on_event(Event(stage="explicit", message=f"{error}: members tie in what stands alone"))
+        sized, told = following(tie=True)
+        if sized.members is None or not sized.members.tied:
+            raise
         model = with_design(whole, sized.rho, sized.members)
         analysed = analyse_cells(model, sized.rho, at_most=at_most, on_event=on_event)
     timing["explicit solve"] = analysed.result.seconds
@@ -155,8 +160,13 @@ def _next_design(
     density_filter: DensityFilter,
     on_step: Callable[[SizingStep], None] | None,
     on_event: Listener,
+    *,
+    tie: bool = False,
 ) -> tuple[SizingResult, Mapping[LimitKey, float]]:
-    """The next design, and its expected values if they differ from the model's prediction."""
+    """The next design, and its expected values if they differ from the model's prediction.
+
+    ``tie``: as in `SizingPlan`.
+    """
     masses = [each.summary.mass_g for each in previous]
     between = design_between(masses, [each.rows for each in previous], factors)
     if between is not None:
@@ -166,7 +176,7 @@ def _next_design(
         previous[-1].correction if previous else Correction(),
         factors,
         density_filter,
-        _sizing_plan(previous),
+        replace(_sizing_plan(previous), tie=tie),
         on_step,
     )
     return sized, {}

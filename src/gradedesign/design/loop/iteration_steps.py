@@ -109,6 +109,9 @@ class SizingPlan:
     target: float = TARGET  #: Utilisation of the limits that it aims at.
     keep: float = 0.0  #: Share of its start that every variable keeps at least.
     bodies: bool = True  #: Whether shares of solid members become bodies.
+    #: Whether members tie in what is solid in any case, as they do where neither cells nor a skin
+    #: can, and in a design that follows such a one.
+    tie: bool = False
 
 
 def size_design(
@@ -165,10 +168,11 @@ def size_design(
     made = bodied if plan.bodies else None
     zoning = model.cells.zoning
     weight = None if zoning is None else zoning.member_weight
-    tie = not (case.lattice.cells or any(s.all_round for s in model.plan.domain.solids))
-    earlier = None
+    tie, earlier = plan.tie, None
+    if not (case.lattice.cells or any(s.all_round for s in model.plan.domain.solids)):
+        tie = True
     if plan.start is not None and plan.members is not None:
-        earlier = plan.start, plan.members
+        tie, earlier = tie or plan.members.tied, (plan.start, plan.members)
     return size_members(sizing, thickness, earlier, sized, made, on_step, weight=weight, tie=tie)
 
 

@@ -63,6 +63,7 @@ class MemberField:
     radius: float  #: mm. Of the filter.
     offset: float = 0.0  #: mm. By which the surface is moved outward then.
     threshold: float = HALF  #: That of `Members`, with which they were sized.
+    tied: bool = False  #: Whether some of them tie in what would stand alone.
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "variables", locked(self.variables, (None,), name="variables"))

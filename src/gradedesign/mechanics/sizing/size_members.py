@@ -102,7 +102,7 @@ def size_members(
 
     - ``problem``: without members
     - ``thickness``, mm: of the thinnest member
-    - ``earlier``: variables ``(n,)`` of an earlier design, with which only the last stage is
+    - ``earlier``: variables ``(n,)`` of an earlier design, with which only the last stages are
       repeated, and its members, whose threshold they have
     - ``bodied``: the homogenised part with the bodies of a field of members; None: rough shares are
       the result
@@ -127,7 +127,9 @@ def size_members(
     share = _BEGINNING if with_cells else _BEGINNING_ALONE
     counts = problem.filter.shape[1], members.filter.shape[1]
     x = np.repeat([np.sqrt(lo * hi), LEAST_MEMBER + share], counts)
-    stages = _ROUGH if bodied is None else STAGES if earlier is None else STAGES[-1:]
+    stages = STAGES if earlier is None else _later_stages(earlier[1], thickness)
+    if bodied is None:
+        stages = _ROUGH
     results = _staged(problem, members, x if earlier is None else earlier[0], stages, sized)
     history = [step for result in results for step in result.history]
     result = results[-1]
@@ -155,6 +157,16 @@ def size_members(
     if _rank(best, aim) < _rank(history[-1], aim):
         return replace(first, history=(*history, best))
     return replace(second, history=tuple(history))
+
+
+def _later_stages(earlier: MemberField, thickness: float) -> Sequence[Stage]:
+    """Stages that a later design repeats: the last one, which moves members little.
+
+    More where the surface of the bodies was moved as far as it may be: by less or more of that
+    alone they cannot meet their limits.
+    """
+    at_bound = abs(earlier.offset) >= (1.0 - _NEAR) * _MOST_OFFSET * thickness
+    return STAGES[_REPEATED:] if at_bound else STAGES[-1:]
 
 
 def _staged(

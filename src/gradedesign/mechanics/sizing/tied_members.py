@@ -14,12 +14,10 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
-from gradedesign.errors import DisconnectedError
 from gradedesign.geometry.tets.tet_mesh import TetMesh, centroids
 from gradedesign.mechanics.sizing.filter import DensityFilter, filtered
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
-from gradedesign.mechanics.sizing.members import MemberField, mean_share, member_filter
-from gradedesign.mechanics.sizing.problem import SizingResult
+from gradedesign.mechanics.sizing.members import MemberField, mean_share
 
 #: Share of a tetrahedron from which on it is solid.
 _HALF = 0.5
@@ -58,24 +56,7 @@ def tied(
         near = cKDTree(points[:, way].T).query(points.T)[0] <= _RADIUS * least
         variables[near] = 1.0
         joined = np.concatenate([joined, piece, np.flatnonzero(near)])
-    return replace(field, variables=variables)
-
-
-def tied_in(
-    part: HomogenisedModel, sized: SizingResult, least: float | None, error: DisconnectedError
-) -> SizingResult:
-    """A design whose cells leave kept solids alone, with members to these.
-
-    Raises the error where the design has no members, or they tie in all that is solid.
-
-    ``part``: without the members. ``least``, mm: thickness of members; None: there are none.
-    """
-    if sized.members is None or least is None:
-        raise error
-    members = tied(part, member_filter(part, sized.members.radius), sized.members, least)
-    if members is sized.members:
-        raise error
-    return replace(sized, members=members)
+    return replace(field, variables=variables, tied=True)
 
 
 def _neighbours(mesh: TetMesh) -> csr_matrix:

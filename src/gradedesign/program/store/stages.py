@@ -24,7 +24,7 @@ from gradedesign.mechanics.sizing.members import MemberField
 from gradedesign.program.store.run_folder import RunFolder, open_run_folder
 
 #: Raised when what an iteration stores changes its meaning.
-_ITERATION_VERSION = 12
+_ITERATION_VERSION = 13
 
 
 def default_folder(name: str) -> Path:
@@ -137,7 +137,7 @@ def iteration_to_stage(iteration: DesignIteration) -> tuple[dict[str, FloatArray
     if iteration.members is not None:
         field = iteration.members
         arrays["members"] = field.variables
-        meta["members"] = [field.radius, field.offset, field.threshold]
+        meta["members"] = [field.radius, field.offset, field.threshold, field.tied]
     return arrays, meta
 
 
@@ -155,11 +155,7 @@ def iteration_from_stage(
         correction=Correction(**correction),
         variables=arrays["variables"],
         rho=arrays["rho"],
-        members=(
-            MemberField(arrays["members"], *map(float, meta["members"]))
-            if "members" in arrays
-            else None
-        ),
+        members=(MemberField(arrays["members"], *meta["members"]) if "members" in arrays else None),
         at_lower_bound=bool(meta["at_lower_bound"]),
         discrepancy=Discrepancy(
             values=keyed_from_json(discrepancy["values"]),
