@@ -78,13 +78,13 @@ def lattice_pictures(
             fields.von_mises,
             limit=limit,
             unjudged=~evaluated_at(fields.surface.vertices.T, solid.support_zones),
-            title=f"Stress of the lattice, load case {load_case}",
+            title=f"Stress, load case {load_case}",
         ),
         *picture_deformed(
             out.path_of("deformed.png"),
             fields.surface,
             fields.displacement,
-            title=f"Deformed lattice, load case {load_case}",
+            title=f"Deformed body, load case {load_case}",
         ),
     ]
     for name in ("stress", "deformed"):
