@@ -56,7 +56,7 @@ _PICTURES = {
     "density": "Relative density that sizing chose",
     "lattice": "The surface that is printed, as read back from the file",
     "stress": "Von Mises stress of the explicit analysis",
-    "deformed": "Deformed lattice of the explicit analysis",
+    "deformed": "Deformed body of the explicit analysis",
 }
 
 
