@@ -480,7 +480,8 @@ OF_CHECK = (
       "the zone differs in nothing", "add one of cell, parameters, density", at="[[zone]]"),
     M("", "[[zone]]\nregion = \"tip\"\nwithin = \"6 mm\"\nphases = [\"solid\"]\n",
       "zone[0].phases", 'found ["solid"]', '[[keep]] states what is solid'),
-    M("", "[[zone]]\nregion = \"tip\"\nwithin = \"6 mm\"\nphases = [\"lattice\"]\n",
+    M("density = [0.2, 0.5]", 'density = [0.2, 0.5]\nphases = ["lattice"]\n[[zone]]\n'
+      'region = "tip"\nwithin = "6 mm"\nphases = ["lattice"]\n',
       "zone[0].phases", "zones keep solid members out, and [lattice] makes none",
       'expected phases = ["lattice", "solid"] there, or none here'),
     M("", "[[zone]]\nregion = \"tip\"\ncell = \"bcc\"\n", "zone[0].within", "goes with region",
