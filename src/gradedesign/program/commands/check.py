@@ -205,12 +205,15 @@ def _print_loads(checked: CaseCheck) -> None:
 
 
 def _zone_lines(checked: CaseCheck) -> Iterator[str]:
-    for name, zone in zone_data(checked).items():
+    zones = zone_data(checked)
+    made = {phase for zone in zones.values() for phase in zone["phases"]}
+    for name, zone in zones.items():
         low, high = zone["density_window"]
         yield (
             f"zone {name}: {zone['cell']}, {zone['share_of_lattice']:.0%} of the lattice, density "
             f"{low:.3g} to {high:.3g}, law {zone['law']}"
             + (" (to be computed)" if zone["to_be_computed"] else "")
+            + ("" if made == {*zone["phases"]} else ", without solid members")
         )
 
 
