@@ -146,7 +146,9 @@ def size_members(
     shares = history[-1]
     first = bodies(result, result.members)
     best = history[-1]
-    if earlier is not None or best.mass_g <= _HEAVIER * shares.mass_g:
+    # Ties beside cells weigh more than shares do, whatever carries.
+    alike = best.mass_g <= _HEAVIER * shares.mass_g or (tie and with_cells)
+    if earlier is not None or alike:
         return replace(first, history=tuple(history))
     eroded = replace(members, threshold=_THRESHOLD)
     begun = results[_REPEATED - 1].variables
