@@ -58,7 +58,7 @@ _STUCK = (
 )
 _STUCK_HELD = (
     "the last three iterations found the same design; a smaller [lattice] least_member, smaller "
-    "cells or a lower lower density leave room for a lighter one"
+    "cells or a smaller lower density leave room for a lighter one"
 )
 #: A design that breaks a limit and is lighter by no more than this share shows that the accepted
 #: one is the lightest.

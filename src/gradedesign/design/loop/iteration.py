@@ -214,6 +214,7 @@ def _mixed_members(
         radius=one.radius,
         offset=one.offset + way * (other.offset - one.offset),
         threshold=one.threshold,
+        tied=one.tied or other.tied,
     )
 
 
