@@ -257,6 +257,12 @@ class LatticeSpec(Table):
     @model_validator(mode="after")
     def _fillings_below_skins(self) -> LatticeSpec:
         closed = [skin for skin in self.skin if not skin.net]
+        if not self.cells and (len(closed) < len(self.skin) or any(s.faces for s in closed)):
+            raise key_error(
+                "skin",
+                'on some faces, or as a net, it does not go with phases = ["solid", "void"] yet; '
+                'expected one all round such as skin = "1 mm"',
+            )
         if self.bevel and not closed:
             raise key_error("bevel", 'has no meaning without a skin; add e.g. skin = "1 mm"')
         if self.least_cavity and all(skin.faces for skin in closed):
