@@ -36,6 +36,7 @@ from gradedesign.mechanics.fe.stiffness import (
     MomentStiffness,
     gauss_equivalent,
     known_at,
+    mean_stiffness,
     pair_products,
     require_positive,
 )
@@ -322,6 +323,21 @@ def test_a_constant_at_points_is_one_for_each_element(rule):
     found = assemble(pattern, spread).toarray()
     np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
     require_positive(spread)
+
+
+@pytest.mark.parametrize("rule", ["gauss", "27 points"])
+def test_linear_tetrahedra_feel_the_mean_of_a_varying_stiffness(rule):
+    mesh = distorted_box()
+    points, weights = collapsed_rule(3)
+    stiffness = (
+        GaussStiffness(C=random_at_points(mesh, 4))
+        if rule == "gauss"
+        else moments_of(random_at_points(mesh, 27), points, weights)
+    )
+    pattern = assembly_pattern(tet_space(mesh, 1))
+    expected = assemble(pattern, stiffness).toarray()
+    found = assemble(pattern, mean_stiffness(stiffness)).toarray()
+    np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
 
 
 def test_a_varying_stiffness_is_checked():

@@ -16,7 +16,11 @@ from gradedesign.mechanics.fe.loads import traction_force
 from gradedesign.mechanics.fe.space import tet_space
 from gradedesign.mechanics.fe.supports import supports_on
 from gradedesign.mechanics.limits import displacement
-from gradedesign.mechanics.limits.displacement import DisplacementLimit, clusters
+from gradedesign.mechanics.limits.displacement import (
+    DisplacementLimit,
+    clusters,
+    largest_strain,
+)
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.largest import largest_and_slope
 from gradedesign.mechanics.material.material import Material
@@ -143,3 +147,43 @@ def test_a_limit_of_a_case_has_clusters_farther_apart_than_its_density_filter_re
     model = prepare(case, build_registry())
     (limit,) = (each for each in model.limits if isinstance(each, DisplacementLimit))
     assert limit.apart == case.lattice.filter_radius * case.lattice.cell_size == 12.0
+    # The tip lies in one kept solid.
+    assert len(limit.nodes) == len(limit.solids)
+    assert set(limit.solids) == {limit.solids[0]} != {-1}
+
+
+def turned(points, angle=0.01):
+    """Displacement ``(3, k)`` of points that turn about z by a small angle, and shift."""
+    return np.stack([-angle * points[1] + 0.1, angle * points[0], np.zeros(points.shape[1])])
+
+
+def test_a_rigid_motion_is_no_strain_and_a_bend_is():
+    points = np.random.default_rng(27).uniform(0.0, 40.0, (3, 60))
+    moved = turned(points)
+    assert largest_strain(points, moved) < 1e-12
+    bent = moved.copy()
+    bent[2] += 1e-4 * (points[0] - 20.0) ** 2
+    # A bend of 1e-4 x^2 over 20 mm to either side, less its mean motion.
+    assert 0.02 < largest_strain(points, bent) < 0.04
+    # One or two points, and points on a line, are rigid in their own way.
+    assert largest_strain(points[:, :1], moved[:, :1]) < 1e-12
+    line = points * np.array([[1.0], [0.0], [0.0]])
+    assert largest_strain(line, turned(line)) < 1e-12
+
+
+def test_a_kept_solid_is_one_cluster_while_it_does_not_bend(forked):
+    limit, points = forked[1], forked[0].space.nodes[:, forked[1].nodes]
+    arm = np.where(points[1] < 15.0, 0, 1)
+    kept = replace(limit, solids=arm)
+
+    def found(each, moved):
+        return sorted(tuple(mine) for mine in each._parts(points, moved))
+
+    rigid = turned(points)
+    assert found(kept, rigid) == sorted(tuple(np.flatnonzero(arm == n)) for n in (0, 1))
+    bent = rigid.copy()
+    bent[2, arm == 1] += 0.01 * (points[2, arm == 1] - 5.0) ** 2
+    assert len(found(kept, bent)) > 4
+    assert tuple(np.flatnonzero(arm == 0)) in found(kept, bent)
+    # What belongs to no kept solid is held place by place as without them.
+    assert found(replace(limit, solids=np.full(arm.size, -1)), rigid) == found(limit, rigid)

@@ -29,6 +29,7 @@ from gradedesign.geometry.lattice.cell_layout import layout_warnings
 from gradedesign.geometry.lattice.components.joint import adds_to_cells, joint_fraction
 from gradedesign.geometry.tets.tet_mesh import TetMesh, centroids, signed_volumes
 from gradedesign.mechanics.explicit.support_zones import evaluated_at
+from gradedesign.mechanics.fe.free_pieces import connected_pieces
 from gradedesign.mechanics.fe.load_case import region_nodes, region_shares
 from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.space import tet_space
@@ -45,6 +46,9 @@ from gradedesign.mechanics.sizing.homogenised_model import (
     with_void,
 )
 from gradedesign.mechanics.sizing.solid_moments import solid_fraction, solid_moments
+
+#: Share of solid from which on a tetrahedron belongs to a kept solid.
+_KEPT = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -208,6 +212,7 @@ def _placed_limits(
                 f"the exclusion radius; expected {LEAST_JUDGED:.0%} at least: take a smaller "
                 f"mesh_size or [limits] exclusion_radius"
             )
+    nodes = {name: region_nodes(space, on) for name, on in facets.items()}
     return made_limits(
         kinds,
         case.limits,
@@ -219,11 +224,20 @@ def _placed_limits(
             evaluated=evaluated,
             lattice_volumes=lattice_volumes,
             exclusion_radius=max((zone.radius for zone in zones), default=0.0),
-            nodes={name: region_nodes(space, on) for name, on in facets.items()},
+            nodes=nodes,
             shares={name: region_shares(space, on) for name, on in facets.items()},
             supports={load.name: load.supports for load in homogenised.cases},
+            solids=_kept_solids(homogenised, nodes),
             filter_radius=case.lattice.filter_radius * plan.layout.typical,
             members=case.lattice.members,
             cells=case.lattice.cells,
         ),
     )
+
+
+def _kept_solids(part: HomogenisedModel, nodes: Mapping[str, IntArray]) -> dict[str, IntArray]:
+    """Number of the kept solid of each node of regions, ``(k,)``; -1 where it belongs to none."""
+    solid = part.solid_fraction > _KEPT
+    number = connected_pieces(part.space, solid)
+    number[np.setdiff1d(np.arange(number.size), part.space.elements[:, solid])] = -1
+    return {name: number[mine] for name, mine in nodes.items()}

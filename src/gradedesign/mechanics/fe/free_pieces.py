@@ -32,9 +32,13 @@ class FreePiece:
     modes: tuple[str, ...]  #: What it is free to do.
 
 
-def connected_pieces(space: TetSpace) -> IntArray:
-    """Number of the connected piece of every node, ``(n,)``; pieces that share a node are one."""
-    first, rest = space.elements[:1], space.elements[1:]
+def connected_pieces(space: TetSpace, among: BoolArray | None = None) -> IntArray:
+    """Number of the connected piece of every node, ``(n,)``; pieces that share a node are one.
+
+    ``among (M,)``: tetrahedra that connect; a node of none of them is a piece by itself.
+    """
+    elements = space.elements if among is None else space.elements[:, among]
+    first, rest = elements[:1], elements[1:]
     i = np.broadcast_to(first, rest.shape).ravel()
     j = rest.ravel()
     n = space.node_count

@@ -28,7 +28,7 @@ from gradedesign.common.system.progress import report_step
 from gradedesign.mechanics.fe.assembly import assemble, assembly_pattern
 from gradedesign.mechanics.fe.quadratic_level import QuadraticLevel, quadratic_level
 from gradedesign.mechanics.fe.space import TetSpace, vertex_space
-from gradedesign.mechanics.fe.stiffness import Stiffness
+from gradedesign.mechanics.fe.stiffness import Stiffness, mean_stiffness
 from gradedesign.mechanics.solver._order_kernels import add_midpoints, put_scaled, take_scaled
 from gradedesign.mechanics.solver.aggregation import coarsen
 from gradedesign.mechanics.solver.block_rows import (
@@ -95,7 +95,7 @@ def build_hierarchy(
         coarse_keep = keep[: vertices.dof_count]
         levels.append(quadratic_level(space, matrix, keep, coarse_keep))
         matrix, keep, space = (
-            assemble(assembly_pattern(vertices), stiffness),
+            assemble(assembly_pattern(vertices), mean_stiffness(stiffness)),
             coarse_keep,
             vertices,
         )

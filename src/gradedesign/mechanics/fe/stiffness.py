@@ -7,13 +7,15 @@ so that the derivative of a stiffness by density is one too; `require_positive` 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations, combinations_with_replacement, product
+from itertools import combinations_with_replacement
 from typing import TypeAlias
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray, lock
+from gradedesign.common.system.threads import in_ranges
 from gradedesign.errors import SolverError
+from gradedesign.mechanics.fe._matrix_kernels import least_pivots, skewness, upper_rows
 from gradedesign.mechanics.fe.element_points import Where, barycentric
 from gradedesign.mechanics.fe.space import TetSpace
 from gradedesign.mechanics.material.material import Material
@@ -116,14 +118,19 @@ Stiffness: TypeAlias = IsotropicStiffness | AnisotropicStiffness | GaussStiffnes
 
 def _require_symmetric(C: FloatArray) -> None:
     """Raise `ValueError` unless matrices ``(6, 6, ...)`` are symmetric."""
-    # One pair of entries at a time: whole arrays of moments leave the processor's cache.
-    skew = max(np.abs(C[i, j] - C[j, i]).max(initial=0.0) for i, j in combinations(range(6), 2))
-    size = max(np.abs(C[i, j]).max(initial=0.0) for i, j in product(range(6), repeat=2))
-    if skew > 1e-9 * size:
+    skew, size = np.zeros((2, C.shape[-1]))
+    in_ranges(skewness, range(C.shape[-1]), _by_point(C), skew, size)
+    worst, most = skew.max(initial=0.0), size.max(initial=0.0)
+    if worst > 1e-9 * most:
         raise ValueError(
-            f"C is not symmetric: entries differ by up to {skew:.3g} MPa from their "
-            f"transpose, where the largest is {size:.3g} MPa"
+            f"C is not symmetric: entries differ by up to {worst:.3g} MPa from their "
+            f"transpose, where the largest is {most:.3g} MPa"
         )
+
+
+def _by_point(C: FloatArray) -> FloatArray:
+    """Matrices of elements ``(6, 6, m)``, or those at points or of moments, as ``(6, 6, p, m)``."""
+    return C[:, :, None] if C.ndim == 3 else C
 
 
 def element_count(stiffness: Stiffness) -> int:
@@ -151,6 +158,15 @@ def gauss_moments(values: FloatArray) -> FloatArray:
     return np.einsum("pq,ijqm->ijpm", GAUSS_MOMENTS, values)
 
 
+def mean_stiffness(stiffness: Stiffness) -> IsotropicStiffness | AnisotropicStiffness:
+    """Stiffness that is even in every element, its mean: all that linear tetrahedra feel of it."""
+    if isinstance(stiffness, GaussStiffness):
+        return AnisotropicStiffness(C=stiffness.C.mean(axis=2))
+    if isinstance(stiffness, MomentStiffness):
+        return AnisotropicStiffness(C=mean_of(stiffness.C))
+    return stiffness
+
+
 def gauss_equivalent(stiffness: MomentStiffness) -> GaussStiffness:
     """Stiffness at Gauss points that has the same first moments as the given stiffness.
 
@@ -174,15 +190,21 @@ def kernel_coefficients(
         e, nu = stiffness.E, stiffness.nu
         lame = np.stack([e * nu / ((1 + nu) * (1 - 2 * nu)), e / (2 * (1 + nu))], axis=1)
         return lame[:, None]
-    C = stiffness.C if isinstance(stiffness, GaussStiffness) else stiffness.C[:, :, None]
-    return np.ascontiguousarray(C[UPPER].transpose(2, 1, 0))
+    return _upper_rows(_by_point(stiffness.C))
+
+
+def _upper_rows(C: FloatArray) -> FloatArray:
+    """Upper triangles ``(m, p, 21)`` of matrices ``(6, 6, p, m)``."""
+    rows = np.zeros((C.shape[3], C.shape[2], len(UPPER[0])))
+    in_ranges(upper_rows, range(len(rows)), C, rows)
+    return rows
 
 
 def moment_coefficients(stiffness: GaussStiffness | MomentStiffness) -> FloatArray:
     """Upper triangles ``(m, 10, 21)`` of the moments of a stiffness, MPa."""
     if isinstance(stiffness, GaussStiffness):
         return np.ascontiguousarray(np.einsum("pq,cqm->mpc", GAUSS_MOMENTS, stiffness.C[UPPER]))
-    return np.ascontiguousarray(stiffness.C[UPPER].transpose(2, 1, 0))
+    return _upper_rows(stiffness.C)
 
 
 def known_at(
@@ -219,23 +241,14 @@ def require_positive(stiffness: Stiffness) -> None:
                 f"{stiffness.E[bad[0]]:.4g} MPa. Raise the lower density bound"
             )
         return
-    lowest = _lowest_eigenvalues(stiffness.C)
-    if not isinstance(stiffness, AnisotropicStiffness):
-        lowest = lowest.reshape(stiffness.C.shape[2:]).min(axis=0)
-    bad = np.flatnonzero(~(lowest > 0.0))
+    pivots = np.zeros(element_count(stiffness))
+    in_ranges(least_pivots, range(pivots.size), _by_point(stiffness.C), pivots)
+    bad = np.flatnonzero(~(pivots > 0.0))
     if bad.size:
+        first = np.moveaxis(_by_point(stiffness.C)[..., bad[0]], 2, 0)
+        lowest = np.linalg.eigvalsh(first).min() if np.isfinite(first).all() else np.nan
         raise SolverError(
             f"the stiffness matrix of {bad.size} elements is not positive definite; the lowest "
-            f"eigenvalue of element {bad[0]} is {lowest[bad[0]]:.4g} MPa. Raise the lower "
-            f"density bound or correct the scaling law"
+            f"eigenvalue of element {bad[0]} is {lowest:.4g} MPa. Raise the lower density bound or "
+            f"correct the scaling law"
         )
-
-
-def _lowest_eigenvalues(C: FloatArray) -> FloatArray:
-    """Lowest eigenvalue of every matrix, only computed where Cholesky's method fails."""
-    matrices = np.moveaxis(C.reshape(6, 6, -1), 2, 0)
-    try:
-        np.linalg.cholesky(matrices)
-    except np.linalg.LinAlgError:
-        return np.linalg.eigvalsh(matrices)[:, 0].astype(np.float64)
-    return np.ones(len(matrices))

@@ -5,7 +5,8 @@ ear moves most, now the other. Its gradient at the present place alone makes siz
 the cost of the other, for ever. The region is divided into clusters of nodes, each of which is held
 by a smooth measure of its own (as stresses are by Holmberg, Torstenfelt and Klarbring, Struct.
 Multidisc. Optim. 48, 2013, 33-47): one measure of the whole region holds no two ears, and single
-nodes no rim that moves evenly.
+nodes no rim that moves evenly. Nodes of one kept solid that moves as a rigid body are one cluster:
+what holds one of them holds the others.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ from gradedesign.mechanics.limits.limits_schema import (
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.mechanics.limits.state import HomogenisedState, Predicted, Response
 from gradedesign.mechanics.material.material import Material
+from gradedesign.mechanics.solver.rigid_modes import rigid_body_modes
 
 #: Clusters of a region's nodes, and exponent of the measure of each: a node that moves 10 % less
 #: than the farthest weighs a fifth of it. Sizing of a plate around a hole under pressure, whose rim
@@ -48,6 +50,11 @@ _CLUSTERS, _NORM = 8, 16.0
 #: A cluster that moves less than this share of the largest displacement governs no more: two steps
 #: of sizing change a displacement by less. Chosen, not measured.
 _RELEVANT = 0.7
+#: Strain of a kept solid, as motion beside that of a rigid body over the region's largest
+#: displacement, up to which its nodes are one cluster: a node that moves so much less has half the
+#: weight. `bracket` in solid and void, whose lug is kept: 1 cluster instead of 8 a load case, 72.5
+#: instead of 73.2 g of shares, in less than half of the time.
+_RIGID = 0.05
 #: A region that moves by less than this share of the part's largest displacement is at rest.
 #: Chosen, not measured.
 _AT_REST = 1e-6
@@ -62,6 +69,9 @@ class DisplacementLimit(Limit):
     component: int | None
     #: mm. By which places lie apart that a design moves each for itself: `clusters`.
     apart: float = 0.0
+    #: ``(k,)``. Number of the kept solid that each node belongs to, -1 where it belongs to none.
+    #: None: there is no kept solid.
+    solids: IntArray | None = None
 
     unit: ClassVar[str] = "mm"
     converges: ClassVar[bool] = True
@@ -69,6 +79,9 @@ class DisplacementLimit(Limit):
     def __post_init__(self) -> None:
         nodes = locked(self.nodes, (None,), dtype=np.int64, name="nodes")
         object.__setattr__(self, "nodes", nodes)
+        if self.solids is not None:
+            solids = locked(self.solids, (len(nodes),), dtype=np.int64, name="solids")
+            object.__setattr__(self, "solids", solids)
         if len(nodes) == 0:
             raise CaseError(
                 f"{self.name} has no nodes: its region is not on the mesh; refine [part] mesh_size "
@@ -88,13 +101,29 @@ class DisplacementLimit(Limit):
     def responses(self, state: HomogenisedState) -> tuple[Response, ...]:
         """Largest displacement of every cluster of nodes that is near the largest of all."""
         u = state.displacement(self.key.load_case)
-        found = [
-            self._cluster(u, self.nodes[mine])
-            for mine in clusters(state.nodes[:, self.nodes], _CLUSTERS, self.apart)
-        ]
+        parts = self._parts(state.nodes[:, self.nodes], u[:, self.nodes])
+        found = [self._cluster(u, self.nodes[mine]) for mine in parts]
         least = _RELEVANT * max(response.value for response in found)
         relevant = [response for response in found if response.value >= least]
         return tuple(sorted(relevant, key=lambda response: -response.value))
+
+    def _parts(self, points: FloatArray, moved: FloatArray) -> list[IntArray]:
+        """Clusters of places ``(3, k)`` moved by ``(3, k)`` mm.
+
+        Each kept solid that moves as a rigid body is one, the others those that lie together.
+        """
+        rigid: list[IntArray] = []
+        left = np.arange(points.shape[1])
+        if self.solids is not None:
+            most = _RIGID * float(np.linalg.norm(moved, axis=0).max())
+            for number in np.unique(self.solids[self.solids >= 0]):
+                mine = np.flatnonzero(self.solids == number)
+                if largest_strain(points[:, mine], moved[:, mine]) <= most:
+                    rigid.append(mine)
+                    left = np.setdiff1d(left, mine)
+        if left.size == 0:
+            return rigid
+        return rigid + [left[mine] for mine in clusters(points[:, left], _CLUSTERS, self.apart)]
 
     def _cluster(self, u: FloatArray, nodes: IntArray) -> Response:
         """The largest displacement of some nodes, mm, see `largest_and_slope`."""
@@ -179,6 +208,17 @@ def largest_displacement(
     return float(values[k]), int(nodes[k])
 
 
+def largest_strain(points: FloatArray, moved: FloatArray) -> float:
+    """Largest displacement, mm, beside the rigid motion nearest to all, of points ``(3, k)``.
+
+    ``moved (3, k)``, mm.
+    """
+    modes = rigid_body_modes(points).reshape(-1, 6)
+    all_moved = moved.T.ravel()
+    left = all_moved - modes @ np.linalg.lstsq(modes, all_moved, rcond=None)[0]
+    return float(np.linalg.norm(left.reshape(-1, 3), axis=1).max())
+
+
 def clusters(points: FloatArray, count: int, apart: float = 0.0) -> list[IntArray]:
     """Divide points ``(3, k)`` into at most so many clusters, each around a point of its own.
 
@@ -249,6 +289,7 @@ class DisplacementKind:
                     nodes=placed.nodes[entry.region],
                     component=entry.component,
                     apart=placed.filter_radius,
+                    solids=placed.solids.get(entry.region),
                     **shares,
                 )
                 for case in cases

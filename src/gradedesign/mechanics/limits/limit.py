@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
@@ -215,6 +215,8 @@ class PlacedModel:
     shares : mapping of region to (k,) array
         Share of the region's area that each of its nodes stands for.
     supports : mapping of load case to Supports
+    solids : mapping of region to (k,) int array
+        Number of the kept solid that each of its nodes belongs to, -1 where it belongs to none.
     filter_radius : float, mm
         Over which sizing smooths the density.
     members : bool
@@ -233,6 +235,7 @@ class PlacedModel:
     nodes: Mapping[str, IntArray]
     shares: Mapping[str, FloatArray]
     supports: Mapping[str, Supports]
+    solids: Mapping[str, IntArray] = field(default_factory=dict)
     filter_radius: float = 0.0
     members: bool = False
     cells: bool = True

@@ -58,7 +58,7 @@ _RECENT = 2
 #: Residuals of the loads' and of the adjoint solves, over their loads. With ten times less, and
 #: with ten times more, the cells of `mini`, `bracket` and `size-graded` weigh the same to 0.001 g,
 #: since iterations start from the designs before; `mini` with members 5.03 g each time.
-_RTOL, _ADJOINT_RTOL = 1e-4, 1e-2
+_RTOL, _ADJOINT_RTOL = 1e-2, 1e-1
 #: Iterations over which mass and utilisations stand still where a design has settled. Chosen, not
 #: measured.
 _STILL = 4

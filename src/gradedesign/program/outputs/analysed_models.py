@@ -25,10 +25,10 @@ from gradedesign.mechanics.fe.load_case import (
 from gradedesign.mechanics.fe.solution import Solution
 from gradedesign.mechanics.fe.solve import solve_elastic
 from gradedesign.mechanics.fe.space import TetSpace
-from gradedesign.mechanics.fe.stiffness import AnisotropicStiffness, dense_stiffness, mean_of
+from gradedesign.mechanics.fe.stiffness import dense_stiffness, mean_stiffness
 from gradedesign.mechanics.sizing.homogenised import mass_density, solve_homogenised
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
-from gradedesign.mechanics.sizing.lattice_stiffness import effective_stiffness
+from gradedesign.mechanics.sizing.lattice_stiffness import as_stiffness, effective_stiffness
 from gradedesign.mechanics.sizing.members import MemberField
 from gradedesign.program.outputs.analysed_model import AnalysedModel, ModelStep
 
@@ -97,13 +97,14 @@ def _homogenised(
     Every tetrahedron has the stiffness of its own density. Where the run varies it inside the
     tetrahedra too, the model has its mean over each.
     """
-    stiffness = _element_means(part, rho)
+    whole = as_stiffness(effective_stiffness(part, rho))
+    stiffness = mean_stiffness(whole)
     density = mass_density(part, rho)
     expansion = part.material.thermal_expansion
     vectors = [load_vector(part.space, case, stiffness, density, expansion) for case in part.cases]
     report_step("displacements of the homogenised part")
     solved = solve_elastic(part.space, stiffness, vectors, solver=part.solver)
-    varied = effective_stiffness(part, rho).ndim > 3
+    varied = stiffness is not whole
     return AnalysedModel(
         name="homogenised",
         title=[
@@ -138,14 +139,6 @@ def _explicit(name: str, solid: PrintedSolid, solved: TetFields) -> AnalysedMode
 
 def _node_sets(space: TetSpace, facets: Mapping[str, IntArray]) -> dict[str, IntArray]:
     return {name: region_nodes(space, numbers) for name, numbers in facets.items()}
-
-
-def _element_means(model: HomogenisedModel, rho: FloatArray) -> AnisotropicStiffness:
-    """Mean stiffness of every element, which is the stiffness where it is constant in each."""
-    whole = effective_stiffness(model, rho)
-    if whole.ndim == 3:
-        return AnisotropicStiffness(C=whole)
-    return AnisotropicStiffness(C=whole.mean(axis=2) if whole.shape[2] == 4 else mean_of(whole))
 
 
 def _largest_difference(carried: Sequence[Solution], modelled: Sequence[Solution]) -> float:
