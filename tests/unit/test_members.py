@@ -185,9 +185,13 @@ def test_members_are_lighter_than_lattice_alone():
 
     def bodied(field):
         # Depth below the surface, about, over the edge of a tetrahedron.
-        depth = field.radius * (mean(field) - 0.5) + field.offset
-        share = np.clip(0.5 + depth / 2.5, 0.0, 1.0)
-        return with_members(with_moments(problem.model), np.tile(share, 4))
+        depth = field.radius * (mean(field) - 0.5)
+
+        def at(offset):
+            share = np.clip(0.5 + (depth + offset) / 2.5, 0.0, 1.0)
+            return with_members(with_moments(problem.model), np.tile(share, 4))
+
+        return at
 
     insisted = {}
 

@@ -6,14 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from gradedesign.arrays import Field, FloatArray
+from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import report_step
 from gradedesign.common.values.locate import locating
 from gradedesign.design.resolve.cell_choice import CellChoice, cell_axes
 from gradedesign.design.resolve.design_model import DesignModel, counted_solid
 from gradedesign.design.resolve.zoning import node_windows
 from gradedesign.geometry.contour.sample import grid_points
-from gradedesign.geometry.lattice.component import SolidComponent
 from gradedesign.geometry.lattice.components.members import solid_members
 from gradedesign.geometry.lattice.density_grid import DensityGrid, density_grid_from_elements
 from gradedesign.geometry.lattice.domain import DesignDomain
@@ -35,7 +34,10 @@ _STEPS = 4
 
 
 def with_design(
-    model: DesignModel, rho: FloatArray, members: MemberField | None = None
+    model: DesignModel,
+    rho: FloatArray,
+    members: MemberField | None = None,
+    grid: DensityGrid | None = None,
 ) -> DesignModel:
     """The model with the cells of a design, where their size is graded, and its solid members.
 
@@ -45,7 +47,8 @@ def with_design(
 
     Raises LatticeError if the map folds.
 
-    ``rho (M,)``: density of every tetrahedron. ``members``: of its solid members.
+    ``rho (M,)``: density of every tetrahedron. ``members``: of its solid members. ``grid``: theirs
+    by `member_grid`, where it is at hand.
     """
     plan, cells, part = model.plan, model.cells, model.homogenised
     case = plan.case
@@ -62,8 +65,8 @@ def with_design(
     thickness = spec.least_member
     if members is not None and thickness is not None:
         mesh = part.space.mesh
-        weight = None if cells.zoning is None else cells.zoning.member_weight
-        body = _bodies(part, weight, members, thickness)
+        grid = grid or member_grid(model, members, thickness)
+        body = solid_members(grid, thickness, members.offset)
         if body is not None:
             plan = replace(plan, domain=plan.domain.with_components([body]))
             moments = counted_solid(plan, cells.bounds, mesh)
@@ -81,11 +84,11 @@ def with_design(
     return replace(model, plan=plan, cells=cells, homogenised=part)
 
 
-def _bodies(
-    part: HomogenisedModel, weight: Field | None, members: MemberField, thickness: float
-) -> SolidComponent | None:
-    """Bodies of a field of members where a weight is at least a half; None where it makes none."""
+def member_grid(model: DesignModel, members: MemberField, thickness: float) -> DensityGrid:
+    """Filtered variables of members, a half at their surface; less where a zone keeps them out."""
     report_step("surface of the solid members")
+    part, zoning = model.homogenised, model.cells.zoning
+    weight = None if zoning is None else zoning.member_weight
     mesh, spacing = part.space.mesh, thickness / _STEPS
     lower, upper = (end(mesh.points, axis=1) for end in (np.min, np.max))
     x, y, z = (int(n) for n in np.ceil((upper - lower) / spacing) + 2 * _STEPS + 1)
@@ -96,10 +99,9 @@ def _bodies(
     )
     if weight is not None:
         values = np.minimum(values, weight(nodes))
-    field = DensityGrid(
+    return DensityGrid(
         origin=origin, spacing=spacing, values=np.clip(values, 0.0, 1.0).reshape(x, y, z)
     )
-    return solid_members(field, thickness, members.offset)
 
 
 def _beside_members(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from gradedesign.arrays import FloatArray
 from gradedesign.common.system.progress import report_step
-from gradedesign.design.loop.designed import with_design
+from gradedesign.design.loop.designed import member_grid, with_design
 from gradedesign.design.resolve.analysable import grid_spacing
 from gradedesign.design.resolve.cell_choice import CellChoice, thinnest_wall
 from gradedesign.design.resolve.design_model import DesignModel
@@ -162,8 +162,14 @@ def size_design(
     if thickness is None:
         return sized(sizing, plan.start, most, INSISTENCE)
 
-    def bodied(members: MemberField) -> HomogenisedModel:
-        return with_design(model, sizing.model.volumes, members).homogenised
+    def bodied(members: MemberField) -> Callable[[float], HomogenisedModel]:
+        grid = member_grid(model, members, thickness)
+
+        def at(offset: float) -> HomogenisedModel:
+            moved = replace(members, offset=offset)
+            return with_design(model, sizing.model.volumes, moved, grid).homogenised
+
+        return at
 
     made = bodied if plan.bodies else None
     zoning = model.cells.zoning

@@ -242,7 +242,7 @@ def require_positive(stiffness: Stiffness) -> None:
             )
         return
     pivots = np.zeros(element_count(stiffness))
-    in_ranges(least_pivots, range(pivots.size), _by_point(stiffness.C), pivots)
+    in_ranges(least_pivots, range(pivots.size), _upper_rows(_by_point(stiffness.C)), pivots)
     bad = np.flatnonzero(~(pivots > 0.0))
     if bad.size:
         first = np.moveaxis(_by_point(stiffness.C)[..., bad[0]], 2, 0)

@@ -64,16 +64,17 @@ _RADIUS = 1.25
 #: Offsets of the surface that are tried, and how near to its aim the most used limit is to be.
 #: Chosen, not measured.
 _MOST_OFFSETS, _NEAR = 5, 0.004
-#: First offset, and the largest, over the least thickness: an offset adds twice of it to a member,
-#: and takes no more than half of the thinnest. Chosen, not measured.
-_FIRST_OFFSET, _MOST_OFFSET = 0.05, 0.25
+#: Largest offset over the least thickness: twice of it is half of the thinnest. Chosen, not
+#: measured.
+_MOST_OFFSET = 0.25
 
 #: ``sized(problem, start, most iterations, insistence)``: one run of sizing.
 Sized = Callable[[SizingProblem, FloatArray | None, int, int], SizingResult]
 #: Price, sharpness and iterations of one of `STAGES`.
 Stage = tuple[float, float, int]
-#: ``bodied(field)``: the homogenised part with the bodies of a field of members.
-Bodied = Callable[[MemberField], HomogenisedModel]
+#: ``bodied(field)(offset)``: the homogenised part with the bodies of a field of members, whose
+#: surface is moved outward by so many mm.
+Bodied = Callable[[MemberField], Callable[[float], HomogenisedModel]]
 
 
 def member_iterations(*, first: bool, cells: bool) -> int:
@@ -197,10 +198,10 @@ def _moved(
     """The members with the offset at which their bodies meet the aim of the most used limit."""
     aim = _aim(problem)
     tried: list[tuple[MemberField, SizingStep]] = []
-    offsets, off = [0.0], list[float]()
+    offsets, off, moved = [0.0], list[float](), bodied(members)
     for k in range(_MOST_OFFSETS):
         field = replace(members, offset=offsets[-1])
-        step = _step_of_bodies(problem, bodied(field), result.rho, number + k)
+        step = _step_of_bodies(problem, moved(offsets[-1]), result.rho, number + k)
         if on_step is not None:
             on_step(step)
         tried.append((field, step))
@@ -235,16 +236,18 @@ def _step_of_bodies(
 
 
 def _next_offset(offsets: list[float], off: list[float], thickness: float) -> float:
-    """Offset at which the line through the two nearest to the aim meets it, within bounds."""
+    """Offset at which the line through the two nearest to the aim meets it, within bounds.
+
+    ``off`` are logarithms of use over its aim. Where they tell no slope it is that of a member
+    under tension, whose stiffness grows as its thickness does, by two offsets.
+    """
     most = _MOST_OFFSET * thickness
-    if len(offsets) == 1:
-        # A limit that is used too much asks for more solid.
-        return float(np.sign(off[0])) * _FIRST_OFFSET * thickness
     near = np.argsort(np.abs(off))[:2]
-    (a, b), (u, v) = np.array(offsets)[near], np.array(off)[near]
-    slope = (v - u) / (b - a) if b != a else 0.0
-    step = -u / slope if slope < 0 else np.sign(u) * _FIRST_OFFSET * thickness
-    return float(np.clip(a + step, -most, most))
+    a, u, slope = offsets[near[0]], off[near[0]], -2.0 / thickness
+    if len(near) == 2 and (b := offsets[near[1]]) != a:
+        found = (off[near[1]] - u) / (b - a)
+        slope = found if found < 0 else slope
+    return float(np.clip(a - u / slope, -most, most))
 
 
 def _rank(step: SizingStep, target: float) -> tuple[bool, float]:
