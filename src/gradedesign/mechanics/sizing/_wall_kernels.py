@@ -11,7 +11,6 @@ import numpy as np
 from numba import njit
 
 from gradedesign.arrays import VOIGT
-from gradedesign.mechanics.fe._matrix_kernels import BLOCK
 
 #: Rows of a wall across each axis: along its first and second in-plane axis, shear between them,
 #: and transverse shear along both.
@@ -68,36 +67,28 @@ def wall_moments(
     - ``turn (10, q)``: from values at the points to moments
     - ``value``, ``slope``, each ``(6, 6, M)``: C and its derivative; that of an empty ``slope``
       asks for the moments of ``D C D`` itself
-    - ``moments (6, 6, 10, M)``
+    - ``moments (6, 6, 10, M)``: zero before
     """
     count = turn.shape[1]
     square, grown = np.zeros((6, count)), np.zeros((6, count))
-    change = np.zeros(count)
-    made = np.zeros((BLOCK, 6, 6, turn.shape[0]))
+    pair, change = np.zeros(count), np.zeros(count)
     derived = slope.shape[2] > 0
-    for start in range(low, high, BLOCK):
-        stop = min(start + BLOCK, high)
-        made[:] = 0.0
-        for t in range(start, stop):
-            _diagonal(t, exponent, height, ratio, rise, square, grown)
-            for i in range(6):
-                for j in range(i, 6):
-                    C, rising = value[i, j, t], slope[i, j, t] if derived else 0.0
-                    if C == 0.0 and rising == 0.0:
-                        continue
-                    for q in range(count):
-                        change[q] = C
-                        if derived:
-                            change[q] = rising + 0.5 * C * (grown[i, q] + grown[j, q])
-                        change[q] *= np.sqrt(square[i, q] * square[j, q])
-                    for p in range(turn.shape[0]):
-                        total = 0.0
-                        for q in range(count):
-                            total += turn[p, q] * change[q]
-                        made[t - start, i, j, p] = total
+    for t in range(low, high):
+        _diagonal(t, exponent, height, ratio, rise, square, grown)
         for i in range(6):
             for j in range(i, 6):
+                C, rising = value[i, j, t], slope[i, j, t] if derived else 0.0
+                if C == 0.0 and rising == 0.0:
+                    continue
+                for q in range(count):
+                    pair[q] = np.sqrt(square[i, q] * square[j, q])
+                    change[q] = C
+                    if derived:
+                        change[q] = rising + 0.5 * C * (grown[i, q] + grown[j, q])
+                    change[q] *= pair[q]
                 for p in range(turn.shape[0]):
-                    for t in range(start, stop):
-                        moments[i, j, p, t] = made[t - start, i, j, p]
-                        moments[j, i, p, t] = made[t - start, i, j, p]
+                    total = 0.0
+                    for q in range(count):
+                        total += turn[p, q] * change[q]
+                    moments[i, j, p, t] = total
+                    moments[j, i, p, t] = total
