@@ -10,6 +10,7 @@ from plain_cells import plain_cells
 from scipy.sparse import identity
 
 from gradedesign.design.resolve.member_size import with_member_size
+from gradedesign.errors import LatticeError
 from gradedesign.geometry.cell.calibration import calibrate
 from gradedesign.geometry.cell.cells import single
 from gradedesign.geometry.cell.family import VOID
@@ -371,7 +372,7 @@ def test_what_stands_alone_is_tied_in_by_the_shortest_way():
     part = with_moments(replace(whole, solid_fraction=ends))
     members = Members(filter=member_filter(part, 4.0), radius=4.0)
     none = MemberField(variables=np.zeros(x.size), radius=4.0)
-    found = tied(part, members.filter, none, 3.2)
+    found = tied(part, members, none, 3.2)
     share = mean_share((filtered(members.filter, found.variables) > 0.5).astype(float))
     solid = np.maximum(share, ends) > 0.5
     # Every slice across the bar has solid in it, and the tie is no thicker than it must be.
@@ -379,8 +380,31 @@ def test_what_stands_alone_is_tied_in_by_the_shortest_way():
     assert part.volumes @ share < 0.5 * part.volumes @ (1.0 - ends)
     assert found.tied
     # What is one piece stays as it is.
-    assert tied(part, members.filter, found, 3.2) is found
-    assert tied(with_moments(whole), members.filter, none, 3.2) is none
+    assert tied(part, members, found, 3.2) is found
+    assert tied(with_moments(whole), members, none, 3.2) is none
+
+
+def test_a_tie_goes_round_zones_that_keep_members_out():
+    whole = cantilever().model
+    x, _, z = centroids(whole.space.mesh)
+    ends = np.where((x < 5.0) | (x > 35.0), 1.0, 0.0)
+    part = with_moments(replace(whole, solid_fraction=ends))
+    none = MemberField(variables=np.zeros(x.size), radius=4.0)
+    free = Members(filter=member_filter(part, 4.0), radius=4.0)
+    middle = np.abs(x - 20.0) < 5.0
+
+    def height(members):
+        variables = tied(part, members, none, 3.2).variables
+        return z[middle & (variables > 0.5)].mean()
+
+    straight = height(free)
+    # Within 3 mm of where it lies by itself no tie may be: it goes farther off.
+    kept_out = middle & (np.abs(z - straight) < 3.0)
+    beside = replace(free, allowed=np.tile(np.where(kept_out, 0.0, 1.0), 4))
+    assert abs(height(beside) - straight) > 2.0
+    across = replace(free, allowed=np.tile(np.where(middle, 0.0, 1.0), 4))
+    with pytest.raises(LatticeError, match=r"joined to nothing.*keep members out.*phases"):
+        tied(part, across, none, 3.2)
 
 
 def test_the_surface_of_members_alone_holds_the_volume_of_the_body():

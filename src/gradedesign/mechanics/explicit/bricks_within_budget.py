@@ -97,15 +97,16 @@ def divided_within_budget(
         problem = _design_problem(solid, spacing, graded=graded)
         require_regions(problem)
         _require_room(problem, spacing, memory)
-        lost, error, divided = _tried(problem, spacing, solid.volume)
-        if divided is not None:
-            unknowns = unknown_count(divided[1])
+        tried = _tried(problem, spacing, solid.volume)
+        if not isinstance(tried, _Lost):
+            elements, space = tried
+            unknowns = unknown_count(space)
             need = predict_memory(unknowns, mode_room(solid.modes.values()))
             if need <= memory:
                 return DividedSolid(
                     problem=problem,
-                    elements=divided[0],
-                    space=divided[1],
+                    elements=elements,
+                    space=space,
                     requested=spacing,
                     refused=tuple(refused),
                 )
@@ -128,22 +129,30 @@ def divided_within_budget(
             refuse(f"{words}; taking {spacing:.3g} mm")
             continue
         if resolution.coarsest is None:
-            raise error
-        if lost > _SAME_LOSS * lost_before > 0.0:
-            error.args = (
-                f"{error} (coarser ones lost as much: it is the design, not its grid; raise the "
-                f"lower density, enlarge the cells, or add a skin)",
+            raise tried.error
+        if tried.share > _SAME_LOSS * lost_before > 0.0:
+            tried.error.args = (
+                f"{tried.error} (coarser ones lost as much: it is the design, not its grid; raise "
+                f"the lower density, enlarge the cells, or add a skin)",
             )
-            raise error
-        lost_before = lost
+            raise tried.error
+        lost_before = tried.share
         spacing *= FINER
-        refuse(f"{error}; refined to {spacing:.3g} mm")
+        refuse(f"{tried.error}; refined to {spacing:.3g} mm")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Lost:
+    """Elements that lose too much of the solid."""
+
+    share: float  #: Of the solid.
+    error: LatticeError
 
 
 def _tried(
     problem: CutProblem, spacing: float, enclosed: float | None
-) -> tuple[float, LatticeError, tuple[Elements, BrickSpace] | None]:
-    """Share of the solid that elements lose, as an error too, and the elements if it is little.
+) -> tuple[Elements, BrickSpace] | _Lost:
+    """Elements of a spacing and their space, unless they lose too much of the solid.
 
     Elements that hold what a surface encloses are right; where they do not, its triangles may
     overlap, and the volume of the field is counted.
@@ -152,20 +161,20 @@ def _tried(
         with stepping(f"finite cells of {spacing:.3g} mm"):
             elements, space = divide(problem, spacing)
     except DisconnectedError as error:
-        return error.share, error, None
+        return _Lost(share=error.share, error=error)
     held, kept = solid_volume(elements), 1.0 - elements.dropped_share
     if enclosed is not None and abs(held / (enclosed * kept) - 1.0) <= VOLUME_TOLERANCE:
-        return 0.0, LatticeError(), (elements, space)
+        return elements, space
     report_step("volume of the solid")
     volume = _sampled_volume(problem)
     off = held / (volume * kept) - 1.0
     if abs(off) <= VOLUME_TOLERANCE:
-        return 0.0, LatticeError(), (elements, space)
+        return elements, space
     why = (
         f"finite cells of {spacing:.3g} mm hold {held:.6g} mm^3, the field {volume:.6g} mm^3 "
         f"({off:+.1%}, allowed {VOLUME_TOLERANCE:.0%}): they are too coarse for the walls"
     )
-    return abs(off), LatticeError(why), None
+    return _Lost(share=abs(off), error=LatticeError(why))
 
 
 def _sampled_volume(problem: CutProblem) -> float:

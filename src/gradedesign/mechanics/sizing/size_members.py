@@ -139,7 +139,7 @@ def size_members(
 
     def bodies(result: SizingResult, field: MemberField) -> SizingResult:
         if tie:
-            field = tied(part, members.filter, field, thickness)
+            field = tied(part, members, field, thickness)
         found, step = _moved(problem, bodied, result, field, thickness, len(history), on_step)
         history.append(step)
         return replace(result, members=found, feasible=step.utilisation <= 1.0)

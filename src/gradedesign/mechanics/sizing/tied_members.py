@@ -14,10 +14,12 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.errors import LatticeError
 from gradedesign.geometry.tets.tet_mesh import TetMesh, centroids
-from gradedesign.mechanics.sizing.filter import DensityFilter, filtered
+from gradedesign.mechanics.sizing.filter import filtered
 from gradedesign.mechanics.sizing.homogenised_model import HomogenisedModel
-from gradedesign.mechanics.sizing.members import MemberField, mean_share
+from gradedesign.mechanics.sizing.members import MemberField, Members, mean_share
+from gradedesign.mechanics.solver.rigid_modes import triple_words
 
 #: Share of a tetrahedron from which on it is solid.
 _HALF = 0.5
@@ -28,16 +30,16 @@ _RADIUS = 0.7
 _IN_SOLID = 0.1
 
 
-def tied(
-    part: HomogenisedModel, members: DensityFilter, field: MemberField, least: float
-) -> MemberField:
+def tied(part: HomogenisedModel, members: Members, field: MemberField, least: float) -> MemberField:
     """The field of members with a tie along the shortest way to every solid that stands alone.
 
-    ``part``: without the members. ``members``: of `member_filter`. ``field``: variables of the
-    tetrahedra. ``least``, mm: thickness of a tie, about.
+    Raises `LatticeError` where every way goes through zones that keep members out.
+
+    ``part``: without the members. ``field``: variables of the tetrahedra. ``least``, mm: thickness
+    of a tie, about.
     """
     mesh = part.space.mesh
-    share = mean_share((filtered(members, field.variables) > _HALF).astype(np.float64))
+    share = mean_share((filtered(members.filter, field.variables) > _HALF).astype(np.float64))
     solid = part.solid_fraction + (1.0 - part.solid_fraction) * share > _HALF
     passive = part.volumes * part.solid_fraction * solid
     beside = _neighbours(mesh)
@@ -49,10 +51,20 @@ def tied(
         return field
     points, variables = centroids(mesh), np.array(field.variables)
     joined = at[label == np.argmax(kept)]
-    graph = _lengths(beside, points, solid)
+    open_to = np.ones(solid.size, dtype=np.bool_)
+    if members.allowed is not None:
+        open_to = solid | (mean_share(members.allowed) > _HALF)
+    graph = _lengths(beside, points, solid, open_to)
     for n in alone:
         piece = at[label == n]
         way = _way(graph, joined, piece)
+        if way.size == 0:
+            middle = points[:, piece] @ (passive[piece] / passive[piece].sum())
+            raise LatticeError(
+                f"the kept solid about {triple_words(middle)} mm is joined to nothing, and every "
+                f"way to other solid goes through zones that keep members out; let them into one "
+                f"of these, [[zone]] phases, or keep less there"
+            )
         near = cKDTree(points[:, way].T).query(points.T)[0] <= _RADIUS * least
         variables[near] = 1.0
         joined = np.concatenate([joined, piece, np.flatnonzero(near)])
@@ -71,19 +83,25 @@ def _neighbours(mesh: TetMesh) -> csr_matrix:
     return csr_matrix((np.ones(rows.size), (rows, columns)), shape=(count, count))
 
 
-def _lengths(beside: csr_matrix, points: FloatArray, solid: BoolArray) -> csr_matrix:
-    """Distances of neighbours, mm; shorter in solid, which costs nothing."""
+def _lengths(
+    beside: csr_matrix, points: FloatArray, solid: BoolArray, open_to: BoolArray
+) -> csr_matrix:
+    """Distances of neighbours, mm, that are open to ties; shorter in solid, which costs nothing."""
     pairs = beside.tocoo()
-    length = np.linalg.norm(points[:, pairs.row] - points[:, pairs.col], axis=0)
-    length[solid[pairs.row] & solid[pairs.col]] *= _IN_SOLID
-    return csr_matrix((length, (pairs.row, pairs.col)), shape=beside.shape)
+    kept = open_to[pairs.row] & open_to[pairs.col]
+    row, column = pairs.row[kept], pairs.col[kept]
+    length = np.linalg.norm(points[:, row] - points[:, column], axis=0)
+    length[solid[row] & solid[column]] *= _IN_SOLID
+    return csr_matrix((length, (row, column)), shape=beside.shape)
 
 
 def _way(graph: csr_matrix, start: IntArray, ends: IntArray) -> IntArray:
-    """Tetrahedra of the shortest way from any of ``start`` to any of ``ends``."""
+    """Tetrahedra of the shortest way from any of ``start`` to any of ``ends``; none if none is."""
     length, before, _ = dijkstra(
         graph, indices=start, min_only=True, return_predecessors=True, directed=False
     )
+    if not np.isfinite(length[ends]).any():
+        return np.zeros(0, dtype=np.int64)
     way = [int(ends[np.argmin(length[ends])])]
     while before[way[-1]] >= 0:
         way.append(int(before[way[-1]]))
