@@ -17,8 +17,9 @@ from gradedesign.mechanics.fe.space import tet_space
 from gradedesign.mechanics.fe.stress import weighted_percentile
 from gradedesign.mechanics.fe.supports import supports_on
 from gradedesign.mechanics.limits.cell_buckling import _NORM, WAVES, BucklingLimit
-from gradedesign.mechanics.limits.displacement import _CLUSTERS, DisplacementLimit, clusters
+from gradedesign.mechanics.limits.clusters import CLUSTERS, clusters
 from gradedesign.mechanics.limits.displacement import _NORM as _REGION_NORM
+from gradedesign.mechanics.limits.displacement import DisplacementLimit
 from gradedesign.mechanics.limits.frequency import FrequencyLimit
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.local_stress import StressLimit
@@ -143,7 +144,7 @@ def test_gradient_of_every_cluster_of_a_region_matches_central_differences(compo
     tip = np.flatnonzero(model.space.nodes[0] > 20 - 1e-9)
     halves = np.where(model.space.nodes[1, tip] < 3.0, 4, 9)
     limit = replace(limit, nodes=tip, solids=halves if kept else None)
-    parts = [tip[mine] for mine in clusters(model.space.nodes[:, tip], _CLUSTERS)]
+    parts = [tip[mine] for mine in clusters(model.space.nodes[:, tip], CLUSTERS)]
     if kept:
         parts = [tip[halves == number] for number in (4, 9)]
     direction = 1e-5 * rng.standard_normal(rho.size)

@@ -163,13 +163,10 @@ def size_design(
         return sized(sizing, plan.start, most, INSISTENCE)
 
     def bodied(members: MemberField) -> Callable[[float], HomogenisedModel]:
-        grid = member_grid(model, members, thickness)
-
-        def at(offset: float) -> HomogenisedModel:
-            moved = replace(members, offset=offset)
-            return with_design(model, sizing.model.volumes, moved, grid).homogenised
-
-        return at
+        grid, rho = member_grid(model, members, thickness), sizing.model.volumes
+        return lambda offset: (
+            with_design(model, rho, replace(members, offset=offset), grid).homogenised
+        )
 
     made = bodied if plan.bodies else None
     zoning = model.cells.zoning

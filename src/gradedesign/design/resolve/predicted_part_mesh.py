@@ -14,7 +14,7 @@ from gradedesign.geometry.part.part_schema import PartSpec
 from gradedesign.geometry.tets.long_edges import least_count
 from gradedesign.geometry.tets.meshed_surface import LONGEST_EDGE
 from gradedesign.geometry.triangles.surface_mesh import corner_points
-from gradedesign.mechanics.fe.solve import BASE_BYTES, BYTES_PER_UNKNOWN, predict_memory_bytes
+from gradedesign.mechanics.fe.solve import predict_memory_bytes
 
 #: Unknowns of quadratic elements per tetrahedron of a bulky part, at least.
 _DOFS_PER_TET = 4.0
@@ -53,7 +53,8 @@ def require_mesh_fits(spec: PartSpec, part: Part, memory: int, where: Where) -> 
     need, limit = predict_memory_bytes(int(dofs), 2), memory
     if need <= limit:
         return
-    fitting = max((limit - BASE_BYTES) / BYTES_PER_UNKNOWN[2], 1.0)
+    base = predict_memory_bytes(0)
+    fitting = max((limit - base) / (predict_memory_bytes(1) - base), 1.0)
     size = spec.element_size * (dofs / fitting) ** (1 / 3)
     thickness = float(np.ptp(part.surface.vertices, axis=0).min())
     remedy = f"take {_rounded_up(size)} mm or more, or raise memory"

@@ -25,6 +25,7 @@ from gradedesign.geometry.part.regions import Region
 from gradedesign.mechanics.fe.displacement_goal import DisplacementGoal
 from gradedesign.mechanics.fe.load_schema import LoadCaseSpec
 from gradedesign.mechanics.limits.analysis import Analysis
+from gradedesign.mechanics.limits.clusters import moving_parts
 from gradedesign.mechanics.limits.held_region import judged_cases, refuse_held_surfaces
 from gradedesign.mechanics.limits.key import LimitKey
 from gradedesign.mechanics.limits.largest import largest_and_slope
@@ -39,22 +40,15 @@ from gradedesign.mechanics.limits.limits_schema import (
 from gradedesign.mechanics.limits.row import LimitRow
 from gradedesign.mechanics.limits.state import HomogenisedState, Predicted, Response
 from gradedesign.mechanics.material.material import Material
-from gradedesign.mechanics.solver.rigid_modes import rigid_body_modes
 
-#: Clusters of a region's nodes, and exponent of the measure of each: a node that moves 10 % less
-#: than the farthest weighs a fifth of it. Sizing of a plate around a hole under pressure, whose rim
-#: moves evenly, settles at 16.4 g after 16 iterations; with one measure of that exponent at 20.6 g
-#: after 30, with the four nodes that moved most at 17.7 g after 62. `clevis`, whose two ears take
-#: turns: 244 g, 279 g, 252 g.
-_CLUSTERS, _NORM = 8, 16.0
+#: Exponent of the measure of a cluster: a node that moves 10 % less than the farthest has a fifth
+#: of its weight. Sizing of a plate around a hole under pressure, whose rim moves evenly, settles at
+#: 16.4 g after 16 iterations; with one measure of that exponent at 20.6 g after 30, with the four
+#: nodes that moved most at 17.7 g after 62. `clevis`, whose two ears take turns: 244, 279, 252 g.
+_NORM = 16.0
 #: A cluster that moves less than this share of the largest displacement governs no more: two steps
 #: of sizing change a displacement by less. Chosen, not measured.
 _RELEVANT = 0.7
-#: Strain of a kept solid, as motion beside that of a rigid body over the region's largest
-#: displacement, up to which its nodes are one cluster: a node that moves so much less has half the
-#: weight. `bracket` in solid and void, whose lug is kept: 1 cluster instead of 8 a load case, 72.5
-#: instead of 73.2 g of shares, in less than half of the time.
-_RIGID = 0.05
 #: A region that moves by less than this share of the part's largest displacement is at rest.
 #: Chosen, not measured.
 _AT_REST = 1e-6
@@ -67,7 +61,7 @@ class DisplacementLimit(Limit):
     nodes: IntArray  #: ``(k,)``. Nodes of the region on the tetrahedra of the part.
     #: 0, 1, 2 limits the absolute value of one component, None the magnitude.
     component: int | None
-    #: mm. By which places lie apart that a design moves each for itself: `clusters`.
+    #: mm. By which places lie apart that a design moves each for itself: `moving_parts`.
     apart: float = 0.0
     #: ``(k,)``. Number of the kept solid that each node belongs to, -1 where it belongs to none.
     #: None: there is no kept solid.
@@ -101,29 +95,12 @@ class DisplacementLimit(Limit):
     def responses(self, state: HomogenisedState) -> tuple[Response, ...]:
         """Largest displacement of every cluster of nodes that is near the largest of all."""
         u = state.displacement(self.key.load_case)
-        parts = self._parts(state.nodes[:, self.nodes], u[:, self.nodes])
+        points, moved = state.nodes[:, self.nodes], u[:, self.nodes]
+        parts = moving_parts(points, moved, self.solids, self.apart)
         found = [self._cluster(u, self.nodes[mine]) for mine in parts]
         least = _RELEVANT * max(response.value for response in found)
         relevant = [response for response in found if response.value >= least]
         return tuple(sorted(relevant, key=lambda response: -response.value))
-
-    def _parts(self, points: FloatArray, moved: FloatArray) -> list[IntArray]:
-        """Clusters of places ``(3, k)`` moved by ``(3, k)`` mm.
-
-        Each kept solid that moves as a rigid body is one, the others those that lie together.
-        """
-        rigid: list[IntArray] = []
-        left = np.arange(points.shape[1])
-        if self.solids is not None:
-            most = _RIGID * float(np.linalg.norm(moved, axis=0).max())
-            for number in np.unique(self.solids[self.solids >= 0]):
-                mine = np.flatnonzero(self.solids == number)
-                if largest_strain(points[:, mine], moved[:, mine]) <= most:
-                    rigid.append(mine)
-                    left = np.setdiff1d(left, mine)
-        if left.size == 0:
-            return rigid
-        return rigid + [left[mine] for mine in clusters(points[:, left], _CLUSTERS, self.apart)]
 
     def _cluster(self, u: FloatArray, nodes: IntArray) -> Response:
         """The largest displacement of some nodes, mm, see `largest_and_slope`."""
@@ -206,43 +183,6 @@ def largest_displacement(
     values = np.linalg.norm(u, axis=0) if component is None else np.abs(u[component])
     k = int(np.argmax(values))
     return float(values[k]), int(nodes[k])
-
-
-def largest_strain(points: FloatArray, moved: FloatArray) -> float:
-    """Largest displacement, mm, beside the rigid motion nearest to all, of points ``(3, k)``.
-
-    ``moved (3, k)``, mm.
-    """
-    modes = rigid_body_modes(points).reshape(-1, 6)
-    all_moved = moved.T.ravel()
-    left = all_moved - modes @ np.linalg.lstsq(modes, all_moved, rcond=None)[0]
-    return float(np.linalg.norm(left.reshape(-1, 3), axis=1).max())
-
-
-def clusters(points: FloatArray, count: int, apart: float = 0.0) -> list[IntArray]:
-    """Divide points ``(3, k)`` into at most so many clusters, each around a point of its own.
-
-    These lie more than ``apart`` from each other. The next one is the farthest from those before
-    (Gonzalez, Theor. Comput. Sci. 38, 1985, 293-306), and each point belongs to the nearest of
-    them.
-
-    Examples
-    --------
-    >>> x = np.array([0.0, 0.1, 5.0, 5.2])
-    >>> [mine.tolist() for mine in clusters(np.array([x, 0 * x, 0 * x]), 2)]
-    [[0, 1], [2, 3]]
-    """
-    distance = np.full(points.shape[1], np.inf)
-    nearest = np.zeros(points.shape[1], dtype=np.int64)
-    centre = 0
-    for number in range(count):
-        away = np.linalg.norm(points - points[:, [centre]], axis=0)
-        nearest[away < distance] = number
-        distance = np.minimum(distance, away)
-        centre = int(np.argmax(distance))
-        if distance[centre] <= apart:
-            break
-    return [np.flatnonzero(nearest == number) for number in range(int(nearest.max()) + 1)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

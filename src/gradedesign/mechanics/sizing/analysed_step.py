@@ -8,10 +8,17 @@ from gradedesign.mechanics.sizing.state import solved_state
 
 
 def analysed_step(
-    problem: SizingProblem, rho: FloatArray, iteration: int, change: float
+    problem: SizingProblem,
+    rho: FloatArray,
+    iteration: int,
+    change: float,
+    rtol: float | None = None,
 ) -> SizingStep:
-    """History entry of densities ``(M,)``: mass and utilisation of every limit."""
-    state = solved_state(problem.model, rho, problem.limits)
+    """History entry of densities ``(M,)``: mass and utilisation of every limit.
+
+    ``rtol``: as for `solved_state`.
+    """
+    state = solved_state(problem.model, rho, problem.limits, rtol=rtol)
     limits = problem.limits
     utilisations = tuple(limit.utilisation(float(limit.predict(state).value)) for limit in limits)
     return sizing_step(problem, rho, iteration, utilisations, change)

@@ -64,6 +64,8 @@ _RADIUS = 1.25
 #: Offsets of the surface that are tried, and how near to its aim the most used limit is to be.
 #: Chosen, not measured.
 _MOST_OFFSETS, _NEAR = 5, 0.004
+#: Residual over the loads for these offsets: uses of limits to a hundredth of `_NEAR`.
+_RTOL = 1e-4
 #: Largest offset over the least thickness: twice of it is half of the thinnest. Chosen, not
 #: measured.
 _MOST_OFFSET = 0.25
@@ -229,7 +231,7 @@ def _step_of_bodies(
         member_fraction=bodies.member_fraction,
         effective=bodies.effective,
     )
-    step = analysed_step(replace(problem, model=part), rho, number, 0.0)
+    step = analysed_step(replace(problem, model=part), rho, number, 0.0, _RTOL)
     added = float(whole.volumes @ (part.solid_fraction - whole.solid_fraction))
     members = whole.material.density * added * 1e6
     return replace(step, mass_g=step.mass_g + members, members_g=members)
