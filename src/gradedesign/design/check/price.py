@@ -112,7 +112,8 @@ def price_of_lattice(
     bodies = [PricedBody(name="part as modelled", mass_g=solid, largest_utilisation=used)]
     if not case.lattice.cells:
         why = 'phases = ["solid", "void"] names no cell'
-        return (*bodies, *(left_out(name, why, asked=name == _VOID_BODY) for name in _BODIES))
+        others = [left_out(name, why) for name in _BODIES if name != _VOID_BODY]
+        return (*bodies, *others, left_out(_VOID_BODY, "", asked=True))
     asked_for = asked_body(case.lattice)
     for name, keys in _BODIES.items():
         if case.lattice.grading == "uniform":
