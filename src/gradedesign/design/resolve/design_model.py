@@ -47,7 +47,8 @@ from gradedesign.mechanics.sizing.homogenised_model import (
 )
 from gradedesign.mechanics.sizing.solid_moments import solid_fraction, solid_moments
 
-#: Share of solid from which on a tetrahedron belongs to a kept solid.
+#: Share of solid from which on a tetrahedron belongs to a kept solid. Chosen, not measured: whether
+#: that moves as a rigid body is looked at anyway.
 _KEPT = 0.5
 
 
