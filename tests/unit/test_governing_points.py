@@ -24,6 +24,7 @@ from gradedesign.mechanics.limits.largest import largest_and_slope
 from gradedesign.mechanics.material.material import Material
 from gradedesign.mechanics.material.power_law import power_law
 from gradedesign.mechanics.material.scaling_law import LawOrigin
+from gradedesign.mechanics.sizing import next_design
 from gradedesign.mechanics.sizing.filter import cone_filter
 from gradedesign.mechanics.sizing.homogenised_model import homogenised_model
 from gradedesign.mechanics.sizing.size import SizingProblem, size
@@ -119,15 +120,20 @@ def test_both_arms_of_a_fork_are_held(forked):
 
 
 def test_the_present_place_alone_swings_between_the_arms(forked, monkeypatch):
-    """With the latest node only, the other arm is thinned in every step."""
+    """With the latest node only, the other arm is thinned in every step that is not taken back."""
     problem = problem_of(*forked)
+    trials = next_design._TRIALS
+    monkeypatch.setattr(next_design, "_TRIALS", 1)
     held = size(problem, max_iterations=12)
     monkeypatch.setattr(clusters_module, "CLUSTERS", 1)
     monkeypatch.setattr(displacement, "_NORM", 1e6)
     swinging = size(problem, max_iterations=12)
-    late = [max(step.utilisation for step in one.history[8:]) for one in (held, swinging)]
+    monkeypatch.setattr(next_design, "_TRIALS", trials)
+    guarded = size(problem, max_iterations=12)
+    late = [max(step.utilisation for step in one.history[8:]) for one in (held, swinging, guarded)]
     assert late[0] < 1.1
     assert late[1] > late[0] + 0.05
+    assert late[2] < 1.0 + next_design._BEYOND
 
 
 def test_a_design_keeps_a_share_of_its_start(forked):

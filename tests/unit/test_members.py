@@ -55,6 +55,7 @@ from gradedesign.mechanics.sizing.members import (
     with_members,
     with_moments,
 )
+from gradedesign.mechanics.sizing.next_design import _cost
 from gradedesign.mechanics.sizing.problem import (
     SizingProblem,
     SizingResult,
@@ -64,7 +65,7 @@ from gradedesign.mechanics.sizing.problem import (
     element_shares,
     member_variables,
 )
-from gradedesign.mechanics.sizing.size import _cost, size
+from gradedesign.mechanics.sizing.size import size
 from gradedesign.mechanics.sizing.size_members import size_members
 from gradedesign.mechanics.sizing.state import solved_state
 from gradedesign.mechanics.sizing.tied_members import tied
@@ -222,8 +223,11 @@ def test_members_are_lighter_than_lattice_alone():
     ],
 )
 def test_members_whose_bodies_outweigh_their_shares_are_sized_again(monkeypatch, bodies, taken):
-    """From the sharpness of 8 on, carried from 0.6 on; the lighter bodies that hold are taken."""
-    problem, asked = cantilever(), []
+    """From the sharpness of 8 on, carried from 0.6 on; the lighter bodies that hold are taken.
+
+    Beside cells, which carry what thin members do not, that costs and gains nothing.
+    """
+    problem, asked = replace(cantilever(), bounds=(0.01, 0.04)), []
     count = problem.model.volumes.size
 
     def step(mass, used=0.98):
@@ -250,6 +254,10 @@ def test_members_whose_bodies_outweigh_their_shares_are_sized_again(monkeypatch,
     )
     assert found.members.threshold == taken
     assert found.history[-1].mass_g == bodies[taken][0]
+    asked.clear()
+    beside = size_members(cantilever(), 3.0, None, sized, lambda _: None)
+    assert len(asked) == 7
+    assert beside.members.threshold == 0.5
     # A later iteration of the loop goes on with members of that threshold.
     asked.clear()
     monkeypatch.setattr(members_module, "_moved", lambda *given: (given[3], step(99.0)))
@@ -260,6 +268,28 @@ def test_members_whose_bodies_outweigh_their_shares_are_sized_again(monkeypatch,
     bound = replace(found.members, offset=-0.75)
     size_members(problem, 3.0, (found.variables, bound), sized, lambda _: None)
     assert [sharpness for sharpness, _ in asked] == [8.0, 16.0, 32.0, 64.0]
+
+
+@pytest.mark.parametrize(("sharpness", "threshold"), [(8.0, 0.5), (4.0, 0.6)])
+def test_a_sharper_step_begins_with_as_much_of_members(sharpness, threshold):
+    """Else those that are thin are lost with the step, and the stage begins without them."""
+    problem = cantilever()
+    model, points = with_moments(problem.model), centroids(problem.model.space.mesh)
+    own = Members(filter=member_filter(model, 3.0), radius=3.0, sharpness=2.0)
+    before = replace(problem, model=model, members=own)
+    b = np.clip(0.75 - np.abs(points[2] - 5.0) / 5.0, 0.0, 1.0)
+    x = np.concatenate([np.full(problem.filter.shape[1], 0.2), 0.05 + b])
+    now = replace(before, members=replace(own, sharpness=sharpness, threshold=threshold))
+    was, lost = (model.volumes @ mean_share(element_shares(each, x)) for each in (before, now))
+    assert lost < 0.97 * was
+    begun = members_module._as_much(before, now, x)
+    assert model.volumes @ mean_share(element_shares(now, begun)) == pytest.approx(was, rel=1e-4)
+    count = problem.filter.shape[1]
+    np.testing.assert_array_equal(begun[:count], x[:count])
+    raised = begun[count:] - x[count:]
+    assert raised.max() - raised.min() < 1e-12
+    # What carries as much already is left as it is.
+    assert members_module._as_much(now, before, begun) is begun
 
 
 def test_members_weigh_from_a_half_on_whatever_they_carry_from():

@@ -15,12 +15,12 @@ def minimised(x, lower, upper, evaluate, steps):
     """Variables after some steps; ``evaluate`` gives cost, values and gradients."""
     asymptotes = first_asymptotes(x, lower, upper)
     for _ in range(steps):
-        new, multipliers = asymptotes_step(x, *evaluate(x), (lower, upper), asymptotes.distance)
-        assert (new >= lower).all()
-        assert (new <= upper).all()
-        x = new
+        step = asymptotes_step(x, *evaluate(x), (lower, upper), asymptotes.distance)
+        assert (step.x >= lower).all()
+        assert (step.x <= upper).all()
+        x = step.x
         asymptotes = moved_asymptotes(asymptotes, x, lower, upper)
-    return x, multipliers
+    return x, step.multipliers
 
 
 def test_svanbergs_cantilever():

@@ -32,7 +32,8 @@ _WAY = 0.9
 #: (Svanberg 2002, equation 5.4).
 _CONVEX = 1e-3
 #: Curvature that a constraint has at least in every variable, over the mean of its derivatives: a
-#: tenth of the first guess of the conservative form (Svanberg 2002, section 5).
+#: tenth of the first guess of the conservative form (Svanberg 2002, section 5), which raises it
+#: where a constraint turns out to be worse than approximated.
 _CURVED = 0.01
 #: Price of breaking a constraint of the subproblem by one: far above any multiplier that a mass of
 #: order 1 and logarithms of utilisations have, so that it is paid only where no step can do.
@@ -90,6 +91,16 @@ class _Subproblem:
     scratch: FloatArray
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Step:
+    """Solution of one subproblem."""
+
+    x: FloatArray  #: ``(n,)``. New variables.
+    multipliers: FloatArray  #: ``(k,)``. Of the constraints.
+    expected: FloatArray  #: ``(k,)``. Values of the approximated constraints there.
+    bend: FloatArray  #: ``(k,)``. What a curvature greater by 1 would add to them.
+
+
 def asymptotes_step(
     x: FloatArray,
     cost: FloatArray,
@@ -99,10 +110,9 @@ def asymptotes_step(
     distance: FloatArray,
     *,
     move: float = np.inf,
-) -> tuple[FloatArray, FloatArray]:
+    curvature: FloatArray | float = 1.0,
+) -> Step:
     """Minimise ``cost . x`` under approximated constraints ``value <= 0``.
-
-    Returns ``x (n,)``: new variables; ``multipliers (k,)``.
 
     - ``x (n,)``: present variables
     - ``cost (n,)``: of the variables; their sum should be of order 1
@@ -111,29 +121,37 @@ def asymptotes_step(
     - ``bounds``: pair of (n,) arrays of the variables, the lower below the upper
     - ``distance (n,)``: that of `Asymptotes`
     - ``move``: largest step of a variable's logarithm
+    - ``curvature (k,)``: of the constraints, times the least one: greater where they turned out to
+      be worse than approximated
     """
     low, high = (np.log(end / x) for end in bounds)
     slopes = gradients * x
     up, down = np.maximum(slopes, 0.0), np.maximum(-slopes, 0.0)
     extent = high - low
-    floor = _CURVED * (np.abs(slopes) * extent).mean(axis=1, keepdims=True) / extent
-    p = distance**2 * ((1 + _CONVEX) * up + _CONVEX * down + floor)
-    q = distance**2 * (_CONVEX * up + (1 + _CONVEX) * down + floor)
+    least = _CURVED * (np.abs(slopes) * extent).mean(axis=1, keepdims=True) / extent
+    curved = np.reshape(curvature, (-1, 1)) * least
+    p = distance**2 * ((1 + _CONVEX) * up + _CONVEX * down + curved)
+    q = distance**2 * (_CONVEX * up + (1 + _CONVEX) * down + curved)
     near = np.minimum(_WAY * distance, move)
-    step, multipliers = _solved(
-        _Subproblem(
-            cost=cost * x,
-            p=p,
-            q=q,
-            left=-distance,
-            right=distance,
-            limits=(p + q) @ (1 / distance) - values,
-            lower=np.maximum(low, -near),
-            upper=np.minimum(high, near),
-            scratch=np.zeros((2, *p.shape)),
-        )
+    problem = _Subproblem(
+        cost=cost * x,
+        p=p,
+        q=q,
+        left=-distance,
+        right=distance,
+        limits=(p + q) @ (1 / distance) - values,
+        lower=np.maximum(low, -near),
+        upper=np.minimum(high, near),
+        scratch=np.zeros((2, *p.shape)),
     )
-    return np.clip(x * np.exp(step), *bounds), multipliers
+    step, multipliers = _solved(problem)
+    over, under = 1 / (distance - step), 1 / (distance + step)
+    return Step(
+        x=np.clip(x * np.exp(step), *bounds),
+        multipliers=multipliers,
+        expected=p @ over + q @ under - problem.limits,
+        bend=(least * distance**2) @ (over + under - 2 / distance),
+    )
 
 
 @dataclass(slots=True, kw_only=True, eq=False)

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.optimize import brentq
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.common.system.progress import counted
@@ -22,13 +23,18 @@ from gradedesign.mechanics.sizing.members import (
     MemberField,
     Members,
     allowed_points,
+    mean_share,
     member_filter,
+    member_shares,
     with_moments,
 )
 from gradedesign.mechanics.sizing.problem import (
     SizingProblem,
     SizingResult,
     SizingStep,
+    density_variables,
+    element_shares,
+    member_variables,
 )
 from gradedesign.mechanics.sizing.size import INSISTENCE
 from gradedesign.mechanics.sizing.tied_members import tied
@@ -66,6 +72,8 @@ _RADIUS = 1.25
 _MOST_OFFSETS, _NEAR = 5, 0.004
 #: Residual over the loads for these offsets: uses of limits to a hundredth of `_NEAR`.
 _RTOL = 1e-4
+#: Variable to which members carry as much as before. Chosen, not measured.
+_SAME = 1e-6
 #: Largest offset over the least thickness: twice of it is half of the thinnest. Chosen, not
 #: measured.
 _MOST_OFFSET = 0.25
@@ -133,7 +141,9 @@ def size_members(
     stages = STAGES if earlier is None else _later_stages(earlier[1], thickness)
     if bodied is None:
         stages = _ROUGH
-    results = _staged(problem, members, x if earlier is None else earlier[0], stages, sized)
+    results = _staged(
+        problem, members, x if earlier is None else earlier[0], stages, sized, with_cells=with_cells
+    )
     history = [step for result in results for step in result.history]
     result = results[-1]
     if result.members is None or bodied is None:
@@ -149,13 +159,9 @@ def size_members(
     shares = history[-1]
     first = bodies(result, result.members)
     best = history[-1]
-    # Ties beside cells weigh more than shares do, whatever carries.
-    alike = best.mass_g <= _HEAVIER * shares.mass_g or (tie and with_cells)
-    if earlier is not None or alike:
+    if earlier is not None or with_cells or best.mass_g <= _HEAVIER * shares.mass_g:
         return replace(first, history=tuple(history))
-    eroded = replace(members, threshold=_THRESHOLD)
-    begun = results[_REPEATED - 1].variables
-    again = _staged(problem, eroded, begun, STAGES[_REPEATED:], sized)
+    again = _carried_again(problem, members, results[_REPEATED - 1].variables, sized)
     history += [step for result in again for step in result.history]
     second = bodies(again[-1], again[-1].members or result.members)
     aim = _aim(problem)
@@ -175,17 +181,64 @@ def _later_stages(earlier: MemberField, thickness: float) -> Sequence[Stage]:
 
 
 def _staged(
-    problem: SizingProblem, members: Members, x: FloatArray, stages: Sequence[Stage], sized: Sized
+    problem: SizingProblem,
+    members: Members,
+    x: FloatArray,
+    stages: Sequence[Stage],
+    sized: Sized,
+    before: SizingProblem | None = None,
+    *,
+    with_cells: bool = False,
 ) -> list[SizingResult]:
-    """Results of stages of sizing, each from the variables of the one before."""
+    """Results of stages of sizing, each from the variables of the one before.
+
+    ``before``: problem of the variables ``(n,)`` to begin with, where they are those of members.
+    """
     results: list[SizingResult] = []
     for stage in counted(stages, "members, stage", len(stages)):
         price, sharpness, most = stage
         own = replace(problem, members=replace(members, price=price, sharpness=sharpness))
+        if before is not None and not with_cells:
+            x = _as_much(before, own, x)
+        before = own
         insistence = INSISTENCE if stage in (_ROUGH[-1], STAGES[-1]) else 1
         results.append(sized(own, x, most, insistence))
         x = results[-1].variables
     return results
+
+
+def _carried_again(
+    problem: SizingProblem, members: Members, x: FloatArray, sized: Sized
+) -> list[SizingResult]:
+    """Results of stages that are repeated with members that carry from a higher threshold on.
+
+    ``x (n,)``: variables of the stage before those.
+    """
+    price, sharpness, _ = STAGES[_REPEATED - 1]
+    before = replace(problem, members=replace(members, price=price, sharpness=sharpness))
+    eroded = replace(members, threshold=_THRESHOLD)
+    return _staged(problem, eroded, x, STAGES[_REPEATED:], sized, before)
+
+
+def _as_much(before: SizingProblem, now: SizingProblem, x: FloatArray) -> FloatArray:
+    """Design variables ``(n,)`` whose members carry as much volume as before, by one more for all.
+
+    A sharper step, or one at a higher threshold, would else begin with members that are lost where
+    they are thin (Xu, Cai, Cheng, Struct. Multidisc. Optim. 41, 2010, keep the volume alike).
+    """
+    volumes, members, b = now.model.lattice_volumes, now.members, member_variables(now, x)
+    shares = element_shares(before, x)
+    if shares is None or members is None:
+        raise ValueError("there are no members before or now")
+    aim = float(volumes @ mean_share(shares))
+
+    def missing(more: float) -> float:
+        return float(volumes @ mean_share(member_shares(members, np.minimum(b + more, 1.0)))) - aim
+
+    if missing(0.0) >= 0.0:
+        return x
+    more = brentq(missing, 0.0, 1.0, xtol=_SAME)
+    return np.concatenate([density_variables(now, x), LEAST_MEMBER + np.minimum(b + more, 1.0)])
 
 
 def _moved(
