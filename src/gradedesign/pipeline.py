@@ -216,7 +216,8 @@ def _solved(case: Case, registry: Registry, out: RunFolder, announce: Announcer)
         begun = begun_budget(out, case.case_hash, case.run)
         model = prepare(case.model_copy(update={"run": begun}), registry, announce.listener)
         resolved = model.plan.case
-        now = resolved.model_copy(update={"run": case.run})
+        given = {name: getattr(case.run, name) for name in ("memory", "time")}
+        now = resolved.model_copy(update={"run": resolved.run.model_copy(update=given)})
         model = replace(model, plan=replace(model.plan, case=now))
     announce.part(model)
     with announce.stage("solid"):
