@@ -27,13 +27,13 @@ def approximation(value, x):
     )  # fmt: skip
 
 
-def followed(monkeypatch, value, x, curvature=1.0, place=0):
+def followed(monkeypatch, value, x, curvature=1.0, place=0, more=0.0):
     """The next design by a limit of known value, and the designs that were solved for it."""
     tried = []
 
     def solved(problem, new, recent):
         used = np.full(2, 1e-3)
-        used[place] = problem.target * np.exp(value(new))
+        used[place] = problem.target * np.exp(value(new) + more)
         tried.append(new.copy())
         return SimpleNamespace(utilisations=tuple(used))
 
@@ -107,3 +107,17 @@ def test_a_limit_out_of_reach_that_jumps_has_no_approximation_to_mend(monkeypatc
     _, left, tried = followed(monkeypatch, value, np.array([0.7, 0.72, 0.74]), place=1)
     assert len(tried) == 1
     assert left.tolist() == [1.0, 1.0]
+
+
+def test_what_cannot_be_held_is_solved_once(monkeypatch):
+    """With all variables at their upper bounds there is no step to make shorter."""
+    _, left, tried = followed(
+        monkeypatch, lambda x: 1.0 - np.log(x).mean(), BOUNDS[1].copy(), more=0.1
+    )
+    assert len(tried) == 1
+    assert left.tolist() == [1.0, 1.0]
+    # Where it hardly comes nearer as approximated, what the solver leaves is no reason either.
+    _, _, tried = followed(
+        monkeypatch, lambda x: 1.0 - np.log(x).mean(), np.full(3, 0.99), more=0.02
+    )
+    assert len(tried) == 1

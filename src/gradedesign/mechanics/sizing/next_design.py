@@ -35,8 +35,8 @@ from gradedesign.mechanics.sizing.state import SolvedState
 
 #: Designs that are solved from one approximation, at most: the last one is kept as it is.
 _TRIALS = 4
-#: Logarithm of its use over its aim up to which a limit is no reason to take a design back, and
-#: share of the way back to its limit, as approximated, that one farther beyond must go. With 0.1,
+#: Logarithm of the use of a limit over its aim that is no reason to take a design back, and share
+#: of the way back to it, as approximated, that a design beyond it must go but for that. With 0.1,
 #: or 0.6 of the way, members of `mini` and `cantilever-compact` weigh the same to a twentieth.
 _BEYOND, _PART = 0.05, 0.3
 #: Curvature over what makes the approximation say what was found (Svanberg 2002, section 4), the
@@ -109,8 +109,9 @@ def next_design(
         with np.errstate(divide="ignore"):
             found = np.log(np.array(design.utilisations) / problem.target)
         expected = np.maximum(_by_limit(near, step.expected, len(curvature)), 0.0)
-        worse = found > np.maximum(_BEYOND, present - _PART * (present - expected))
-        if trial + 1 == _TRIALS or not worse[limit].any():
+        allowed = _BEYOND + np.maximum(present - _PART * (present - expected), 0.0)
+        worse = (found > allowed)[limit] & (step.bend > 0.0)
+        if trial + 1 == _TRIALS or not worse.any():
             break
         report_step(f"taken back: a limit is used to {np.exp(found.max()):.0%} of its aim")
         curvature = _raised(near, step, found, worse, curvature)
@@ -127,10 +128,13 @@ def _by_limit(near: Approximation, values: FloatArray, count: int) -> FloatArray
 def _raised(
     near: Approximation, step: Step, found: FloatArray, worse: BoolArray, curvature: FloatArray
 ) -> FloatArray:
-    """Curvatures with which limits that came out worse would have been as they were ``found``."""
+    """Curvatures with which limits that came out worse would have been as they were ``found``.
+
+    ``worse (k,)``: their values among those that are approximated.
+    """
     raised = curvature.copy()
-    for place in np.unique(near.limit[worse[near.limit]]):
-        among = np.flatnonzero(near.limit == place)
+    for place in np.unique(near.limit[worse]):
+        among = np.flatnonzero(worse & (near.limit == place))
         k = among[step.expected[among].argmax()]
         needed = curvature[place] + (found[place] - step.expected[k]) / step.bend[k]
         raised[place] = min(_STEEPER * needed, _STEEPEST * curvature[place])
