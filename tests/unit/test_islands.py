@@ -64,7 +64,7 @@ def test_filled_pockets_hide_nothing_of_what_is_dropped():
     share = hollow / (4 / 3 * np.pi * 1.5**3)  # of the ball, which is full now
     assert filled.filled_share == pytest.approx(share, rel=0.03)
     (words,) = filled.filled_words
-    assert words.startswith("1 closed pore was filled, smaller than what prints: 2.1")
+    assert words.startswith("1 closed pore was filled, too small to be drained: 2.1")
     assert plain.dropped_volume > 0.0
     assert filled.dropped_volume == pytest.approx(plain.dropped_volume, rel=1e-12)
 

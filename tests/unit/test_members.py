@@ -8,7 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from plain_cells import plain_cells
 from scipy.sparse import identity
+from small_parts import SHORT_BAR
 
+from gradedesign.design.case.read_case import load_case
+from gradedesign.design.loop import exported_surface
 from gradedesign.design.resolve.member_size import with_member_size
 from gradedesign.errors import LatticeError
 from gradedesign.geometry.cell.calibration import calibrate
@@ -70,6 +73,14 @@ from gradedesign.mechanics.sizing.size_members import size_members
 from gradedesign.mechanics.sizing.state import solved_state
 from gradedesign.mechanics.sizing.tied_members import tied
 
+LOADED = """\
+[[load_case]]
+name = "shear"
+fix = [{region = "root"}]
+load = [{region = "tip", force = ["0 N", "0 N", "-100 N"]}]
+[limits]
+displacement = [{region = "tip", magnitude = "0.0125 mm"}]
+"""
 LAW = power_law(
     "test-law", ("test",), youngs=(1.0, 2.0), strength=(0.3, 1.5), window=(0.1, 0.6),
     origin=LawOrigin(kind="fe", source="this test", test="none"),
@@ -457,8 +468,8 @@ def test_the_surface_of_members_alone_holds_the_volume_of_the_body():
     assert enclosed_volume(made.surface) == pytest.approx(whole - 6 * cap, rel=0.01)
 
 
-@pytest.mark.parametrize(("min_wall", "left"), [(0.0, 2), (1.0, 2), (2.0, 1)])
-def test_closed_pores_smaller_than_a_ball_of_the_thinnest_wall_are_filled(min_wall, left):
+@pytest.mark.parametrize(("least", "left"), [(0.0, 2), (1.0, 2), (2.0, 1)])
+def test_closed_pores_smaller_than_a_ball_are_filled(least, left):
     """A block with pores of 1.6 and 3 mm: what is left is what powder cannot leave."""
 
     def pores(u):
@@ -476,7 +487,31 @@ def test_closed_pores_smaller_than_a_ball_of_the_thinnest_wall_are_filled(min_wa
         domain=domain, cells=plain_cells(pores), cell_map=lambda x: x / 12.0, cell_size=12.0,
         density=0.5,
     )  # fmt: skip
-    made = printed_surface(design, part, 0.25, None, memory=1e9, min_wall=min_wall)
+    made = printed_surface(design, part, 0.25, None, memory=1e9, least_pore=least)
     gone = 4 / 3 * np.pi * (1.5**3 + (0.8**3 if left == 2 else 0.0))
     assert made.islands.pockets == left
     assert 12.0**3 - enclosed_volume(made.surface) == pytest.approx(gone, rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("phases", "wall", "expected"),
+    [
+        ('["solid", "void"]', "", 3.0),  # members that run together enclose no void that is wanted
+        ('["solid", "void"]', '[print]\nmin_wall = "4 mm"', 4.0),
+        ('["lattice", "solid"]', '[print]\nmin_wall = "0.4 mm"', 0.4),
+        ('["lattice", "solid"]', "", 0.0),
+    ],
+)
+def test_closed_pores_are_filled_up_to(tmp_path, monkeypatch, phases, wall, expected):
+    cell = "" if "void" in phases else 'cell = "gyroid-sheet"\nsize = "8 mm"\n'
+    stated = f'phases = {phases}\nleast_member = "3 mm"\n'
+    (tmp_path / "case.toml").write_text(
+        SHORT_BAR + LOADED + f"[lattice]\n{cell}{stated}{wall}\n", encoding="utf-8"
+    )
+    asked = []
+    monkeypatch.setattr(
+        exported_surface, "printed_surface", lambda *_, **told: asked.append(told["least_pore"])
+    )
+    case = load_case(tmp_path)
+    exported_surface.case_surface(case.print, case.lattice, case.run.memory, None, None, 0.5)
+    assert asked == [pytest.approx(expected)]

@@ -16,6 +16,7 @@ from gradedesign.errors import LatticeError
 from gradedesign.geometry.contour.islands import Islands
 from gradedesign.geometry.contour.surface import require_closed
 from gradedesign.geometry.lattice.lattice import LatticeDesign
+from gradedesign.geometry.lattice.lattice_schema import LatticeSpec
 from gradedesign.geometry.lattice.printed_surface import printed_surface
 from gradedesign.geometry.triangles.surface_mesh import SurfaceMesh
 
@@ -40,7 +41,9 @@ def export_surface(
     size = analysed.result.solved.division.surface_size
     step = _SURFACE_PER_SPACING * size
     case, part = plan.case, plan.part.surface
-    surface, islands, _ = case_surface(case.print, case.run.memory, part, analysed.design, step)
+    surface, islands, _ = case_surface(
+        case.print, case.lattice, case.run.memory, part, analysed.design, step
+    )
     report_step("writing and reading back the surface")
     back, digest = written_back(surface, outer_records(case.print, case.part.file, part))
     volume, meshed = require_closed(back), analysed.result.volume
@@ -54,13 +57,19 @@ def export_surface(
 
 
 def case_surface(
-    spec: PrintSpec | None, memory: int, part: SurfaceMesh, design: LatticeDesign, step: float
+    spec: PrintSpec | None,
+    lattice: LatticeSpec,
+    memory: int,
+    part: SurfaceMesh,
+    design: LatticeDesign,
+    step: float,
 ) -> tuple[SurfaceMesh, Islands, float]:
-    """`printed_surface` as ``[print]`` asks for it.
+    """`printed_surface` as ``[print]`` and ``[lattice]`` ask for it.
 
     ``memory``, bytes: that it may take. ``step``, mm: of the contour; it may be finer. Returns
     ``step``, mm: at which it was contoured.
     """
+    wall = (spec and spec.min_wall) or 0.0
     return printed_surface(
         design,
         part,
@@ -68,5 +77,6 @@ def case_surface(
         chord_tolerance(spec),
         memory=memory,
         keep_outer=keeps_outer(spec),
-        min_wall=(spec and spec.min_wall) or 0.0,
+        # Members enclose no void that anybody wants: where they run together nothing drains it.
+        least_pore=wall if lattice.cells else max(wall, lattice.least_member or 0.0),
     )

@@ -81,7 +81,7 @@ def _with_surface(stated: StatedLattice) -> StatedPrint:
     case, part, design = stated.case, stated.part.surface, stated.design
     size = case.lattice.cell_size
     surface, islands, step = case_surface(
-        case.print, case.run.memory, part, design, first_step(size, stated.wall)
+        case.print, case.lattice, case.run.memory, part, design, first_step(size, stated.wall)
     )
     field = lattice_field(design, band=3 * step, single=True)
     thickness = max(size, design.cell_size)

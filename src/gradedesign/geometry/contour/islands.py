@@ -49,7 +49,7 @@ class Islands:
             return ()
         pores = "closed pore was" if self.filled == 1 else "closed pores were"
         return (
-            f"{self.filled} {pores} filled, smaller than what prints: {self.filled_volume:.3g} "
+            f"{self.filled} {pores} filled, too small to be drained: {self.filled_volume:.3g} "
             f"mm^3 in all, {self.filled_share:.2g} of the solid",
         )
 

@@ -62,7 +62,7 @@ def printed_surface(
     *,
     memory: float,
     keep_outer: bool = False,
-    min_wall: float = 0.0,
+    least_pore: float = 0.0,
 ) -> PrintedSurface:
     """Closed surface of a lattice in a part, without disconnected components.
 
@@ -76,8 +76,8 @@ def printed_surface(
     - ``memory``, bytes: that it may take
     - ``keep_outer``: whether the part's triangles stay as they are, first in the surface, see
       `surface_behind_skin`
-    - ``min_wall``, mm: closed pores smaller than a ball of it are filled, as printing would; a cell
-      that a solid member cuts off leaves them
+    - ``least_pore``, mm: closed pores smaller than a ball of it are filled; a cell that a solid
+      member cuts off leaves them, and members that run together
     """
     make = surface_behind_skin if keep_outer else trimmed_surface
     asked = Resolution(within=VOLUME_ERROR, memory=memory)
@@ -89,7 +89,7 @@ def printed_surface(
             step = finer_step(design, part, error, asked, keep_outer=keep_outer)
             log.info("%s: %.3g mm instead", error, step)
     report_step("disconnected components of the surface")
-    least = max((0.5 * step) ** 3, np.pi / 6.0 * min_wall**3)
+    least = max((0.5 * step) ** 3, np.pi / 6.0 * least_pore**3)
     surface, islands = remove_islands(raw, keep=design.domain.bodies, least_pocket=least)
     del raw
     if keep_outer:

@@ -315,7 +315,8 @@ def _unjudged_lattice(
     thinnest, _ = thinnest_wall(model.homogenised, cells, density)
     case, part = plan.case, plan.part.surface
     surface, islands, _ = case_surface(
-        case.print, case.run.memory, part, design, first_step(cells.layout.least, thinnest)
+        *(case.print, case.lattice, case.run.memory),
+        *(part, design, first_step(cells.layout.least, thinnest)),
     )
     write_printed(out, surface, outer_records(case.print, case.part.file, part))
     return surface, (
