@@ -133,7 +133,8 @@ def test_the_present_place_alone_swings_between_the_arms(forked, monkeypatch):
     late = [max(step.utilisation for step in one.history[8:]) for one in (held, swinging, guarded)]
     assert late[0] < 1.1
     assert late[1] > late[0] + 0.05
-    assert late[2] < 1.0 + next_design._BEYOND
+    # Each step may go as far beyond; the next one comes back.
+    assert late[2] < problem.target * np.exp(2 * next_design._BEYOND)
 
 
 def test_a_design_keeps_a_share_of_its_start(forked):

@@ -208,9 +208,11 @@ def test_members_are_lighter_than_lattice_alone():
 
     insisted = {}
 
-    def sized(problem, start, most, insistence):
+    def sized(problem, start, most, insistence, near):
         insisted[problem.members.sharpness] = insistence > 1
-        return size(problem, start=start, max_iterations=most, insistence=insistence)
+        return size(
+            problem, start=start, max_iterations=most, insistence=insistence, tolerance=near
+        )
 
     found = size_members(problem, 3.0, None, sized, bodied)
     assert found.feasible
@@ -246,7 +248,7 @@ def test_members_whose_bodies_outweigh_their_shares_are_sized_again(monkeypatch,
             iteration=0, mass_g=mass, mean_density=0.2, utilisations=(used,), change=0.0
         )
 
-    def sized(own, start, most, insistence):
+    def sized(own, start, most, insistence, near):
         asked.append((own.members.sharpness, own.members.threshold))
         found = MemberField(np.zeros(count), 4.0, threshold=own.members.threshold)
         return SizingResult(

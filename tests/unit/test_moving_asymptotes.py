@@ -20,7 +20,7 @@ def minimised(x, lower, upper, evaluate, steps):
         assert (step.x <= upper).all()
         x = step.x
         asymptotes = moved_asymptotes(asymptotes, x, lower, upper)
-    return x, step.multipliers
+    return x
 
 
 def test_svanbergs_cantilever():
@@ -31,7 +31,7 @@ def test_svanbergs_cantilever():
         value = (c / x**3).sum() - 1.0
         return np.full(5, 0.0624), np.array([value]), (-3.0 * c / x**4)[None]
 
-    x, _ = minimised(np.full(5, 5.0), np.full(5, 1.0), np.full(5, 10.0), evaluate, 20)
+    x = minimised(np.full(5, 5.0), np.full(5, 1.0), np.full(5, 10.0), evaluate, 20)
     assert 0.0624 * x.sum() == pytest.approx(1.340, abs=5e-4)
     np.testing.assert_allclose(x, [6.016, 5.309, 4.494, 3.502, 2.153], atol=1.2e-3)
     assert evaluate(x)[1][0] == pytest.approx(0.0, abs=1e-7)
@@ -48,15 +48,13 @@ def test_many_variables_of_a_power_law():
         gradient = -power * w * x ** (-power - 1) / sums
         return v, np.array([np.log(sums)]), gradient[None]
 
-    x, multipliers = minimised(np.full(n, 3.0), np.full(n, 0.2), np.full(n, 6.0), evaluate, 30)
+    x = minimised(np.full(n, 3.0), np.full(n, 0.2), np.full(n, 6.0), evaluate, 30)
     exact = (w / v) ** (1 / (power + 1))
     exact *= (w @ exact**-power) ** (1 / power)
     assert 0.2 < exact.min() < exact.max() < 6.0
     # Thirty steps leave 1e-6 of the mass, its square root of the variables.
     assert v @ x == pytest.approx(v @ exact, rel=1e-6)
     np.testing.assert_allclose(x, exact, rtol=2e-3)
-    # Price of a logarithm: the mass falls by 1 / power of itself.
-    assert multipliers[0] == pytest.approx(v @ exact / power, rel=1e-4)
 
 
 def test_several_constraints_and_bounds_end_where_a_linear_programme_does():
@@ -65,7 +63,7 @@ def test_several_constraints_and_bounds_end_where_a_linear_programme_does():
     need = np.array([2.5, 3.0, 2.0])
     exact = linprog(cost, A_ub=-a, b_ub=-need, bounds=(0.1, 1.0))
     assert exact.status == 0
-    x, _ = minimised(
+    x = minimised(
         np.full(12, 0.5), np.full(12, 0.1), np.full(12, 1.0),
         lambda x: (cost, need - a @ x, -a), 80,
     )  # fmt: skip
@@ -74,7 +72,7 @@ def test_several_constraints_and_bounds_end_where_a_linear_programme_does():
 
 
 def test_what_cannot_be_held_goes_as_far_as_it_can():
-    x, _ = minimised(
+    x = minimised(
         np.full(3, 0.4), np.full(3, 0.1), np.full(3, 0.6),
         lambda x: (np.full(3, 1 / 3), np.array([2.0 - x.sum()]), np.full((1, 3), -1.0)), 12,
     )  # fmt: skip
@@ -82,7 +80,7 @@ def test_what_cannot_be_held_goes_as_far_as_it_can():
 
 
 def test_without_limits_all_end_at_their_lower_bounds():
-    x, _ = minimised(
+    x = minimised(
         np.full(3, 0.4), np.full(3, 0.1), np.full(3, 0.6),
         lambda _: (np.full(3, 1 / 3), np.zeros(0), np.zeros((0, 3))), 12,
     )  # fmt: skip

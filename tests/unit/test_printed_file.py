@@ -66,7 +66,10 @@ def exported(monkeypatch, out):
     plan = SimpleNamespace(
         part=SimpleNamespace(surface=BOX),
         case=SimpleNamespace(
-            part=SimpleNamespace(file=None), print=None, run=SimpleNamespace(memory=8e9)
+            part=SimpleNamespace(file=None),
+            print=None,
+            run=SimpleNamespace(memory=8e9),
+            lattice=SimpleNamespace(cells=True),
         ),
     )
     solved = SimpleNamespace(division=SimpleNamespace(surface_size=0.5))

@@ -36,7 +36,13 @@ from gradedesign.mechanics.sizing.lattice_stiffness import (
 )
 from gradedesign.mechanics.sizing.members import MemberField
 from gradedesign.mechanics.sizing.responses import solve_adjoints
-from gradedesign.mechanics.sizing.size import INSISTENCE, SizingProblem, SizingResult, SizingStep
+from gradedesign.mechanics.sizing.size import (
+    INSISTENCE,
+    TOLERANCE,
+    SizingProblem,
+    SizingResult,
+    SizingStep,
+)
 from gradedesign.mechanics.sizing.size_members import size_members
 from gradedesign.mechanics.sizing.state import SolvedState, solved_state
 from gradedesign.mechanics.sizing.stored_sizing import stored_sizing
@@ -151,16 +157,16 @@ def size_design(
     )
 
     def sized(
-        problem: SizingProblem, start: FloatArray | None, most: int, insistence: int
+        problem: SizingProblem, start: FloatArray | None, most: int, insistence: int, near: float
     ) -> SizingResult:
         return stored_sizing(
             problem, stated, start=start, max_iterations=most, insistence=insistence,
-            keep=plan.keep, on_step=on_step,
+            keep=plan.keep, tolerance=near, on_step=on_step,
         )  # fmt: skip
 
     thickness = case.lattice.least_member
     if thickness is None:
-        return sized(sizing, plan.start, most, INSISTENCE)
+        return sized(sizing, plan.start, most, INSISTENCE, TOLERANCE)
 
     def bodied(members: MemberField) -> Callable[[float], HomogenisedModel]:
         grid, rho = member_grid(model, members, thickness), sizing.model.volumes

@@ -20,6 +20,11 @@ FAST = {"contract"}
 #: Voigt index of every pair of directions.
 VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
 
+#: Place of an entry of a symmetric 6 by 6 matrix in its upper triangle by rows.
+UPPER = np.array(
+    [[max(p, q) + (11 - min(p, q)) * min(p, q) // 2 for q in range(6)] for p in range(6)]
+)
+
 #: Place of two barycentric coordinates among the moments of a stiffness.
 PAIR = np.array([[0, 1, 2, 3], [1, 4, 5, 6], [2, 5, 7, 8], [3, 6, 8, 9]])
 
@@ -213,15 +218,16 @@ def stiffness_blocks(
                             blocks[q, x, y] += w * h[s, v, x, y]
 
 
-@njit(cache=True, nogil=True)
-def _shape_slopes(shape: Any, g: Any, slope: Any) -> None:
-    """Fill `slope` (k, 3) with the gradients of the shape functions at one point, 1/mm."""
-    for a in range(shape.shape[0]):
-        for x in range(3):
-            total = 0.0
-            for u in range(4):
-                total += shape[a, u] * g[u, x]
-            slope[a, x] = total
+@njit(cache=True, nogil=True, inline="always")
+def _add_coupled(moments: Any, e: int, pair: int, s: Any, bc: Any) -> None:
+    """Add ``B^T C`` to `bc` (3, 6), of a shape function with gradient `s` and one moment of C."""
+    for y in range(6):
+        c3 = moments[e, pair, UPPER[3, y]]
+        c4 = moments[e, pair, UPPER[4, y]]
+        c5 = moments[e, pair, UPPER[5, y]]
+        bc[0, y] += s[0] * moments[e, pair, UPPER[0, y]] + s[1] * c5 + s[2] * c4
+        bc[1, y] += s[0] * c5 + s[1] * moments[e, pair, UPPER[1, y]] + s[2] * c3
+        bc[2, y] += s[0] * c4 + s[1] * c3 + s[2] * moments[e, pair, UPPER[2, y]]
 
 
 @njit(fastmath=FAST, cache=True, nogil=True)
@@ -231,7 +237,7 @@ def stiffness_blocks_of_moments(
     nodes: NDArray[np.float64],
     elements: NDArray[np.int32],
     moments: NDArray[np.float64],
-    shapes: NDArray[np.float64],
+    tables: tuple[NDArray[np.float64], NDArray[np.int8]],
     incidence: Incidence,
     row: NDArray[np.int32],
     column: NDArray[np.int32],
@@ -239,21 +245,16 @@ def stiffness_blocks_of_moments(
 ) -> None:
     """As `stiffness_blocks`, of a stiffness that varies inside elements, N/mm.
 
-    `moments` ``(m, 10, 21)`` are those of `MomentStiffness`, `shapes` ``(4, k, 4)`` dN/dlambda at
-    the vertices: B is the sum of its values there times the barycentric coordinates.
+    `moments` ``(m, 10, 21)`` are those of `MomentStiffness`. B is the sum of its values at the
+    vertices times the barycentric coordinates; there a shape function depends on one coordinate at
+    most: `tables` are its derivative by that ``(4, k)``, and the coordinate ``(4, k)``.
     """
+    weight, along = tables
     start, element, local = incidence
     n = row.size - 1
     k = elements.shape[0]
-    felt = np.zeros((4, k), np.bool_)
-    for s in range(4):
-        for a in range(k):
-            for u in range(4):
-                felt[s, a] |= shapes[s, a, u] != 0.0
     position = np.zeros(n, np.int32)
     g = np.zeros((4, 3))
-    c = np.zeros((6, 6))
-    slope = np.zeros((4, k, 3))
     bc = np.zeros((3, 6))
     sums = np.zeros((k, 3, 3))
     for i in range(low, high):
@@ -263,8 +264,6 @@ def stiffness_blocks_of_moments(
             e = np.int64(element[p])
             a = local[p]
             volume = _gradients(nodes, elements, e, g)
-            for s in range(4):
-                _shape_slopes(shapes[s], g, slope[s])
             for b in range(k):
                 for x in range(3):
                     for y in range(3):
@@ -274,21 +273,17 @@ def stiffness_blocks_of_moments(
                     for y in range(6):
                         bc[x, y] = 0.0
                 for s in range(4):
-                    if not felt[s, a]:
-                        continue
-                    _unpack(moments[e, PAIR[s, t]], volume, c)
-                    s0, s1, s2 = slope[s, a, 0], slope[s, a, 1], slope[s, a, 2]
-                    for x in range(3):
-                        for y in range(6):
-                            bc[x, y] += (
-                                s0 * c[VOIGT[x, 0], y]
-                                + s1 * c[VOIGT[x, 1], y]
-                                + s2 * c[VOIGT[x, 2], y]
-                            )
+                    w = weight[s, a] * volume
+                    if w != 0.0:
+                        u = along[s, a]
+                        slope = (w * g[u, 0], w * g[u, 1], w * g[u, 2])
+                        _add_coupled(moments, e, PAIR[s, t], slope, bc)
                 for b in range(k):
-                    if not felt[t, b]:
+                    w = weight[t, b]
+                    if w == 0.0:
                         continue
-                    s0, s1, s2 = slope[t, b, 0], slope[t, b, 1], slope[t, b, 2]
+                    v = along[t, b]
+                    s0, s1, s2 = w * g[v, 0], w * g[v, 1], w * g[v, 2]
                     for x in range(3):
                         sums[b, x, 0] += s0 * bc[x, 0] + s1 * bc[x, 5] + s2 * bc[x, 4]
                         sums[b, x, 1] += s0 * bc[x, 5] + s1 * bc[x, 1] + s2 * bc[x, 3]

@@ -88,7 +88,7 @@ def assemble(pattern: AssemblyPattern, stiffness: Stiffness) -> bsr_matrix:
     if isinstance(stiffness, GaussStiffness | MomentStiffness):
         kernel: Callable[..., None] = stiffness_blocks_of_moments
         coefficients = moment_coefficients(stiffness)
-        tables: Any = shape_derivatives(space.order, barycentric("vertices"))
+        tables: Any = _vertex_tables(space.order)
     else:
         coefficients = np.ascontiguousarray(kernel_coefficients(stiffness)[:, 0])
         kernel = isotropic_blocks if coefficients.shape[1] == 2 else stiffness_blocks
@@ -164,6 +164,15 @@ def pair_energies(
             energy,
         )
         yield energy
+
+
+def _vertex_tables(order: int) -> tuple[FloatArray, NDArray[np.int8]]:
+    """Derivative of every shape function at every vertex, and by which coordinate, ``(4, k)`` each.
+
+    At a vertex it depends on one barycentric coordinate at most.
+    """
+    d = shape_derivatives(order, barycentric("vertices"))
+    return d.sum(axis=2), np.abs(d).argmax(axis=2).astype(np.int8)
 
 
 def _stiffness_tables(

@@ -96,7 +96,6 @@ class Step:
     """Solution of one subproblem."""
 
     x: FloatArray  #: ``(n,)``. New variables.
-    multipliers: FloatArray  #: ``(k,)``. Of the constraints.
     expected: FloatArray  #: ``(k,)``. Values of the approximated constraints there.
     bend: FloatArray  #: ``(k,)``. What a curvature greater by 1 would add to them.
 
@@ -144,11 +143,10 @@ def asymptotes_step(
         upper=np.minimum(high, near),
         scratch=np.zeros((2, *p.shape)),
     )
-    step, multipliers = _solved(problem)
+    step = _solved(problem)
     over, under = 1 / (distance - step), 1 / (distance + step)
     return Step(
         x=np.clip(x * np.exp(step), *bounds),
-        multipliers=multipliers,
         expected=p @ over + q @ under - problem.limits,
         bend=(least * distance**2) @ (over + under - 2 / distance),
     )
@@ -171,8 +169,8 @@ class _Point:
         return _Point(**{k: getattr(self, k) + share * getattr(step, k) for k in self.__slots__})
 
 
-def _solved(problem: _Subproblem) -> tuple[FloatArray, FloatArray]:
-    """Solution and multipliers of a subproblem, by Newton's method with a falling barrier."""
+def _solved(problem: _Subproblem) -> FloatArray:
+    """Solution of a subproblem, by Newton's method with a falling barrier."""
     count = len(problem.limits)
     x = 0.5 * (problem.lower + problem.upper)
     one = np.ones(count)
@@ -200,10 +198,10 @@ def _solved(problem: _Subproblem) -> tuple[FloatArray, FloatArray]:
                     break
                 share *= 0.5
             else:
-                return point.x, point.multiplier
+                return point.x
             point, residual = trial, new
         if barrier <= _SOLVED:
-            return point.x, point.multiplier
+            return point.x
         barrier *= 0.1
 
 

@@ -40,6 +40,8 @@ log = logging.getLogger(__name__)
 #: Times the stated number of iterations, while a limit is used beyond its aim, unless the caller
 #: states another. Chosen, not measured.
 INSISTENCE = 3
+#: Share of the aim by which a design that is settled may be off. Chosen, not measured.
+TOLERANCE = 0.004
 #: Designs before, from whose displacements the next solves start. They save a third of the
 #: applications of multigrid in `bracket` (612 instead of 916).
 _RECENT = 2
@@ -68,7 +70,7 @@ def size(
     start: FloatArray | None = None,
     max_iterations: int = 60,
     insistence: int = INSISTENCE,
-    tolerance: float = 0.004,
+    tolerance: float = TOLERANCE,
     move: float = 0.3,
     keep: float = 0.0,
     on_step: Callable[[SizingStep], None] | None = None,
@@ -159,7 +161,7 @@ def _is_enough(
 ) -> bool:
     """All iterations are made; limits hold, none is far below the aim, and mass hardly falls."""
     last, before = history[-1], history[-2:][0]
-    spare = last.utilisation < (1 - _SPARE) * problem.target
+    spare = last.utilisation < (1 - max(_SPARE, tolerance)) * problem.target
     falls = last.mass_g < (1 - _FALL) * before.mass_g
     return len(history) >= most and _holds(problem, last, tolerance) and not (spare or falls)
 

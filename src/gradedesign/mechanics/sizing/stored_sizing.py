@@ -31,6 +31,7 @@ def stored_sizing(
     max_iterations: int,
     insistence: int,
     keep: float,
+    tolerance: float,
     on_step: Callable[[SizingStep], None] | None = None,
 ) -> SizingResult:
     """Size, or take the result for the same input from the user's cache.
@@ -44,10 +45,10 @@ def stored_sizing(
         With the corrections and targets of its iteration.
     stated : sequence of str and float
         Whatever else tells it from others: what the case and its cell state.
-    start, max_iterations, insistence, keep, on_step
+    start, max_iterations, insistence, keep, tolerance, on_step
         As for `size`.
     """
-    effort = (max_iterations, insistence, keep)
+    effort = (max_iterations, insistence, keep, tolerance)
     key = _sizing_key(problem, stated, start, effort)
     stored = load_arrays(KIND, key)
     if stored is not None:
@@ -58,7 +59,7 @@ def stored_sizing(
         return result
     result = size(
         problem, start=start, max_iterations=max_iterations, insistence=insistence, keep=keep,
-        on_step=on_step,
+        tolerance=tolerance, on_step=on_step,
     )  # fmt: skip
     store_arrays(KIND, key, **_packed(result))
     return result
