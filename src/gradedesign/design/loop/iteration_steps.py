@@ -36,13 +36,7 @@ from gradedesign.mechanics.sizing.lattice_stiffness import (
 )
 from gradedesign.mechanics.sizing.members import MemberField
 from gradedesign.mechanics.sizing.responses import solve_adjoints
-from gradedesign.mechanics.sizing.size import (
-    INSISTENCE,
-    TOLERANCE,
-    SizingProblem,
-    SizingResult,
-    SizingStep,
-)
+from gradedesign.mechanics.sizing.size import SizingProblem, SizingResult, SizingStep
 from gradedesign.mechanics.sizing.size_members import size_members
 from gradedesign.mechanics.sizing.state import SolvedState, solved_state
 from gradedesign.mechanics.sizing.stored_sizing import stored_sizing
@@ -156,6 +150,12 @@ def size_design(
         repr(sorted(cell.parameters.items())),
     )
 
+    thickness = case.lattice.least_member
+    if thickness is None:
+        return stored_sizing(
+            sizing, stated, start=plan.start, max_iterations=most, keep=plan.keep, on_step=on_step
+        )
+
     def sized(
         problem: SizingProblem, start: FloatArray | None, most: int, insistence: int, near: float
     ) -> SizingResult:
@@ -163,10 +163,6 @@ def size_design(
             problem, stated, start=start, max_iterations=most, insistence=insistence,
             keep=plan.keep, tolerance=near, on_step=on_step,
         )  # fmt: skip
-
-    thickness = case.lattice.least_member
-    if thickness is None:
-        return sized(sizing, plan.start, most, INSISTENCE, TOLERANCE)
 
     def bodied(members: MemberField) -> Callable[[float], HomogenisedModel]:
         grid, rho = member_grid(model, members, thickness), sizing.model.volumes

@@ -16,7 +16,14 @@ from gradedesign.common.system.program_key import program_key
 from gradedesign.mechanics.limits.limit import Limit
 from gradedesign.mechanics.material.scaling_law import has_strength
 from gradedesign.mechanics.sizing.problem import element_densities, member_field
-from gradedesign.mechanics.sizing.size import SizingProblem, SizingResult, SizingStep, size
+from gradedesign.mechanics.sizing.size import (
+    INSISTENCE,
+    TOLERANCE,
+    SizingProblem,
+    SizingResult,
+    SizingStep,
+    size,
+)
 
 KIND = "sizing"
 #: Fields of a step of the history that are one number, beside its own.
@@ -29,9 +36,9 @@ def stored_sizing(
     *,
     start: FloatArray | None,
     max_iterations: int,
-    insistence: int,
+    insistence: int = INSISTENCE,
     keep: float,
-    tolerance: float,
+    tolerance: float = TOLERANCE,
     on_step: Callable[[SizingStep], None] | None = None,
 ) -> SizingResult:
     """Size, or take the result for the same input from the user's cache.
