@@ -27,6 +27,7 @@ from gradedesign.mechanics.material.scaling_law import LawOrigin
 from gradedesign.mechanics.sizing import next_design
 from gradedesign.mechanics.sizing.filter import cone_filter
 from gradedesign.mechanics.sizing.homogenised_model import homogenised_model
+from gradedesign.mechanics.sizing.problem import designed_mass
 from gradedesign.mechanics.sizing.size import SizingProblem, size
 from gradedesign.program.host.registry import build_registry
 
@@ -117,6 +118,16 @@ def test_both_arms_of_a_fork_are_held(forked):
     arms = [result.rho[(x > 10) & side].mean() for side in (y < 10, y > 20)]
     # Both are loaded alike; the mesh is not symmetric, so their masses differ a little.
     assert arms[0] == pytest.approx(arms[1], rel=0.1)
+
+
+def test_a_sizing_ends_with_the_design_that_it_analysed_last(forked):
+    """Where its iterations run out too: the history speaks of the densities that are returned."""
+    problem = problem_of(*forked)
+    result = size(problem, max_iterations=3, insistence=1)
+    assert not result.converged
+    assert len(result.history) == 3
+    mass = designed_mass(problem.model, result.rho, None) * 1e6
+    assert mass == pytest.approx(result.history[-1].mass_g, rel=1e-12)
 
 
 def test_the_present_place_alone_swings_between_the_arms(forked, monkeypatch):
