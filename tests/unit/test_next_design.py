@@ -121,3 +121,25 @@ def test_what_cannot_be_held_is_solved_once(monkeypatch):
         monkeypatch, lambda x: 1.0 - np.log(x).mean(), np.full(3, 0.99), more=0.02
     )
     assert len(tried) == 1
+
+
+def test_a_design_better_than_approximated_is_kept_however_bad(monkeypatch):
+    """Where limits contradict each other one may be expected to grow: that is no surprise."""
+    rising = Approximation(
+        x=np.full(3, 0.7), cost=np.full(3, 1.0 / 2.1), limit=np.array([0, 1]),
+        values=np.array([0.2, 3.0]), gradients=np.array([np.full(3, 0.6), np.full(3, -2.0)]),
+    )  # fmt: skip
+    tried = []
+
+    def solved(problem, new, recent):
+        tried.append(new.copy())
+        grown = 0.2 + 0.9 * (np.log(new / 0.7) * 0.42).sum()
+        return SimpleNamespace(utilisations=tuple(0.985 * np.exp([grown, 2.0])))
+
+    monkeypatch.setattr(module, "solved_design", solved)
+    _, _, left = next_design(
+        SimpleNamespace(target=0.985), rising, DISTANCE, BOUNDS, 1.0, np.ones(2), None
+    )
+    assert tried[0].min() > 0.7
+    assert len(tried) == 1
+    assert (left >= 1.0).all()

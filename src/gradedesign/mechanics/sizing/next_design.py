@@ -109,7 +109,7 @@ def next_design(
         with np.errstate(divide="ignore"):
             found = np.log(np.array(design.utilisations) / problem.target)
         expected = np.maximum(_by_limit(near, step.expected, len(curvature)), 0.0)
-        allowed = _BEYOND + np.maximum(present - _PART * (present - expected), 0.0)
+        allowed = _BEYOND + np.maximum(present - _PART * (present - expected), expected)
         worse = (found > allowed)[limit] & (step.bend > 0.0)
         if trial + 1 == _TRIALS or not worse.any():
             break

@@ -11,19 +11,11 @@ import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.common.system.progress import stepping
-from gradedesign.mechanics.sizing.analysed_design import (
-    Recent,
-    solved_design,
-)
+from gradedesign.mechanics.sizing.analysed_design import Recent, solved_design
 from gradedesign.mechanics.sizing.filter import collected
 from gradedesign.mechanics.sizing.mean_density import size_by_mean_density
-from gradedesign.mechanics.sizing.members import (
-    at_points,
-)
-from gradedesign.mechanics.sizing.moving_asymptotes import (
-    first_asymptotes,
-    moved_asymptotes,
-)
+from gradedesign.mechanics.sizing.members import at_points
+from gradedesign.mechanics.sizing.moving_asymptotes import first_asymptotes, moved_asymptotes
 from gradedesign.mechanics.sizing.next_design import approximated, next_design
 from gradedesign.mechanics.sizing.problem import (
     SizingProblem,
@@ -78,8 +70,8 @@ def size(
     """Minimise the mass of the lattice under its limits.
 
     - ``start (n,)``: design variables to begin from; the middle of the bounds by default
-    - ``max_iterations``: ``insistence`` times as many while a utilisation is above its aim, or all
-      are well below it
+    - ``max_iterations``: ``insistence`` times as many while a utilisation is above its aim, all are
+      well below it, or the mass still falls
     - ``tolerance``: converged when no density changes by more, relative to the upper bound, or mass
       and utilisations stand still, none farther above its aim; or when nothing moves at all.
       Whether the limits hold is `SizingResult.feasible`.
