@@ -35,6 +35,18 @@ margin = "1.5 mm"
 region = "tip"
 margin = "1.5 mm"
 """
+#: The same under a force across its end, whose displacement is limited.
+SHEARED_BAR = (
+    SHORT_BAR
+    + """\
+[[load_case]]
+name = "shear"
+fix = [{region = "root"}]
+load = [{region = "tip", force = ["0 N", "0 N", "-100 N"]}]
+[limits]
+displacement = [{region = "tip", magnitude = "0.0125 mm"}]
+"""
+)
 
 
 def held_bar(

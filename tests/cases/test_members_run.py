@@ -5,7 +5,7 @@ import json
 import meshio
 import numpy as np
 import pytest
-from small_parts import SHORT_BAR
+from small_parts import SHEARED_BAR
 
 from gradedesign.common.system.progress import ignore
 from gradedesign.design.case.read_case import load_case
@@ -17,14 +17,8 @@ from gradedesign.program.host.registry import build_registry
 from gradedesign.program.store.run_folder import open_run_folder
 
 CASE = (
-    SHORT_BAR.replace('"4 mm"', '"1.7 mm"')
+    SHEARED_BAR.replace('"4 mm"', '"1.7 mm"')
     + """\
-[[load_case]]
-name = "shear"
-fix = [{region = "root"}]
-load = [{region = "tip", force = ["0 N", "0 N", "-100 N"]}]
-[limits]
-displacement = [{region = "tip", magnitude = "0.0125 mm"}]
 [lattice]
 cell = "gyroid-sheet"
 size = "8 mm"

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from plain_cells import plain_cells
 from scipy.sparse import identity
-from small_parts import SHORT_BAR
+from small_parts import SHEARED_BAR
 
 from gradedesign.design.case.read_case import load_case
 from gradedesign.design.loop import exported_surface
@@ -73,14 +73,6 @@ from gradedesign.mechanics.sizing.size_members import size_members
 from gradedesign.mechanics.sizing.state import solved_state
 from gradedesign.mechanics.sizing.tied_members import tied
 
-LOADED = """\
-[[load_case]]
-name = "shear"
-fix = [{region = "root"}]
-load = [{region = "tip", force = ["0 N", "0 N", "-100 N"]}]
-[limits]
-displacement = [{region = "tip", magnitude = "0.0125 mm"}]
-"""
 LAW = power_law(
     "test-law", ("test",), youngs=(1.0, 2.0), strength=(0.3, 1.5), window=(0.1, 0.6),
     origin=LawOrigin(kind="fe", source="this test", test="none"),
@@ -508,7 +500,7 @@ def test_closed_pores_are_filled_up_to(tmp_path, monkeypatch, phases, wall, expe
     cell = "" if "void" in phases else 'cell = "gyroid-sheet"\nsize = "8 mm"\n'
     stated = f'phases = {phases}\nleast_member = "3 mm"\n'
     (tmp_path / "case.toml").write_text(
-        SHORT_BAR + LOADED + f"[lattice]\n{cell}{stated}{wall}\n", encoding="utf-8"
+        SHEARED_BAR + f"[lattice]\n{cell}{stated}{wall}\n", encoding="utf-8"
     )
     asked = []
     monkeypatch.setattr(
